@@ -64,6 +64,15 @@ def test_no_further_than_needed(fmu_dir, tmp_path, name):
     assert ("verdict: BAD" in text) or not is_stopped
 
 
+def test_cosim_says_that_the_machine_was_stopped(fmu_dir):
+    """The systems declare it; the master knows no machine. What only froze or lowered is no alarm."""
+    for name, code in ("stopped", 2), ("lowered", 0):
+        settings = named(joined(CASES[name][1], {"controller": {"mode": "adaptive_integral"}}))
+        done = call("cosim", "run", "--quiet", "--check", "--system", fmu_dir / "Real.ssp", "--stop-time", 5, *settings)
+        said = "! the supervisor stops the machine: `controller.supervisor.state` is stopping, first at t = " in done.stdout
+        assert done.returncode == code and said == (code == 2), done.stdout
+
+
 @pytest.mark.parametrize("name", ["frozen", "lowered", "stopped"])
 def test_without_it_the_machine_swings(fmu_dir, tmp_path, name):
     forces, stages, *_ = run(fmu_dir, tmp_path / "run.csv", CASES[name][1], OFF)

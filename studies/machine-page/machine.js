@@ -213,11 +213,20 @@ class LivePage extends Page {
     element("csv").disabled = this.recorder.count === 0;
   }
 
+  /* The run's verdict, with the worst that the page has seen of the machine. */
+  async verdict() {
+    const found = await this.engine.verdict();
+    if (!this.lost) return found;
+    const findings = [...found.findings, { text: this.lost.text, bad: true }];
+    const lines = findings.map(({ bad, text }) => `  ${bad ? "!" : "-"} ${text}\n`);
+    return { bad: true, text: `verdict: BAD\n${lines.join("")}`, findings };
+  }
+
   async judge() {
-    const { bad, text, findings } = await this.engine.verdict();
+    const { bad, text, findings } = await this.verdict();
     const lost = this.lost?.rank === 2;
     const words = lost ? "lost" : bad ? `bad: ${findings.find((finding) => finding.bad).text}` : "good";
-    Object.assign(element("verdict"), { textContent: words, className: lost || bad ? "bad" : "good", title: text });
+    Object.assign(element("verdict"), { textContent: words, className: bad ? "bad" : "good", title: text });
   }
 
   say(text) {

@@ -9,6 +9,9 @@ const FIRST_GHOST_COLOR = 2;
 /* Where a run is lost: the tip this far off, m; a rod with this many times its rated force. */
 const LOST_TIP = 0.05;
 const LOST_FORCE = 4;
+/* A rod swings as studies/experiments/src/measures/swinging.rs has it: force less its moving mean, in the root mean square over a second, at
+ * rest for two seconds before, in two seconds in a row. */
+const [SWINGS, MEAN, WINDOW, SETTLES, RESTS] = [0.01, 0.25, 1, 2, 1e-4];
 
 export class Monitor {
   /* `machine` has its bodies and rated forces; `alarm(rank, text)` is told that it is overloaded (1) or lost (2). */
@@ -70,6 +73,7 @@ export class Monitor {
         planned.forEach((trace, k) => trace.push(t, masses[k]));
       }
       this.judge(t, row("force"), row("error")[0]);
+      this.watchSwings(t, row("force"), [...row("desired"), ...row("aim")]);
     }
     return true;
   }
@@ -100,6 +104,28 @@ export class Monitor {
     if (share >= LOST_FORCE) this.alarm(2, `The machine would have broken at ${t.toFixed(2)} s: ${text}`);
     else if (error >= LOST_TIP) this.alarm(2, `The controller lost the machine at ${t.toFixed(2)} s: the tip was ${(1000 * error).toFixed(0)} mm off.`);
     else this.alarm(1, `Overloaded at ${t.toFixed(2)} s: ${text}`);
+  }
+
+  /* Closes a window each second, and names a rod that swung in two in a row. */
+  watchSwings(t, forces, reference) {
+    const parts = forces.map((force, k) => force / this.machine.rated[k]);
+    const restart = () => ({ t, start: t, rests: t, reference, mean: parts, squares: parts.map(() => 0), windows: parts.map(() => 0) });
+    if (!(this.swings?.t < t)) this.swings = restart();
+    const its = this.swings;
+    const dt = t - its.t;
+    its.t = t;
+    if (reference.some((value, k) => Math.abs(value - its.reference[k]) > RESTS)) Object.assign(its, { reference, rests: t });
+    its.mean = its.mean.map((mean, k) => mean + Math.min(dt / MEAN, 1) * (parts[k] - mean));
+    its.squares = its.squares.map((sum, k) => sum + (parts[k] - its.mean[k]) ** 2 * dt);
+    const window = t - its.start;
+    if (window <= WINDOW - dt / 2) return;
+    const settled = its.start - its.rests > SETTLES - dt / 2;
+    its.squares.forEach((sum, k) => {
+      const share = Math.sqrt(sum / window);
+      its.windows[k] = settled && share > SWINGS ? its.windows[k] + 1 : 0;
+      if (its.windows[k] > 1) this.alarm(1.5, `The ${ACTUATORS[k]} rod swings since ${(its.start - WINDOW).toFixed(2)} s, by ${(100 * share).toFixed(1)} % of its rated force at rest.`);
+    });
+    Object.assign(its, { start: t, squares: parts.map(() => 0) });
   }
 
   /* One scope a picture, in turn: three of them at a third of the rate are faster than one reads. */

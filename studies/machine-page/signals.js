@@ -5,6 +5,7 @@ export const SIGNALS = {
   tip: three("hdrm.tip.position[#]"),
   orientation: [1, 2, 3, 4].map((k) => `hdrm.tip.orientation[${k}]`),
   desired: three("controller.desired.position[#]"),
+  aim: [1, 2, 3, 4].map((k) => `controller.desired.orientation[${k}]`),
   error: ["controller.tip_error_norm"],
   force: three("emla_#.F"),
   current: three("emla_#.i_q"),

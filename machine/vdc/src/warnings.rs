@@ -163,6 +163,17 @@ pub struct ReportedWarnings {
     supervisor: Option<Stage>,
 }
 
+impl ReportedWarnings {
+    /// Whether the supervisor acts at this stage, but was not reported to. One that watches again
+    /// and then acts as before is reported again.
+    fn begins_to_act(&mut self, stage: Stage) -> bool {
+        let acts = (stage >= Stage::Frozen).then_some(stage);
+        let is_new = acts.is_some() && acts != self.supervisor;
+        self.supervisor = acts;
+        is_new
+    }
+}
+
 /// The first condition that lasts at time `t` and is not in `reported`; `h` is the interval between
 /// samples, both s. `rates`: the commanded rates with the joints' motion, if an operator commands.
 pub(crate) fn first_warning(
@@ -176,8 +187,7 @@ pub(crate) fn first_warning(
 ) -> Option<Warning> {
     let mut first = None;
     let stage = supervisor.stage();
-    if stage >= Stage::Frozen && reported.supervisor != Some(stage) {
-        reported.supervisor = Some(stage);
+    if reported.begins_to_act(stage) {
         let (rod, power) = supervisor.largest(&nominal.ratings);
         first = Some(Warning::Supervisor {
             t,
@@ -251,4 +261,22 @@ pub(crate) fn first_warning(
         begins(reported, required > v_max, voltage);
     }
     first
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_action_of_the_supervisor_is_reported_once_each_time_that_it_begins() {
+        use Stage::{Frozen, Lowered, Off, Stopped, Watching};
+        let mut reported = ReportedWarnings::default();
+        let stages = [
+            Off, Watching, Frozen, Frozen, Watching, Frozen, Lowered, Lowered, Stopped, Watching,
+            Watching, Lowered,
+        ];
+        let begun = stages.map(|stage| reported.begins_to_act(stage));
+        let expected = [2, 5, 6, 8, 11];
+        assert_eq!(begun, std::array::from_fn(|k| expected.contains(&k)));
+    }
 }

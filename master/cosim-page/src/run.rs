@@ -39,7 +39,7 @@ impl Run {
     /// Start a run; `verdict` has the findings so far.
     pub fn start(system: System, experiment: &Experiment, verdict: Verdict) -> Result<Self> {
         let master = experiment.start(&system)?;
-        let supervision = Supervision::new(&system, &master, verdict);
+        let supervision = Supervision::new(&system, &master, verdict)?;
         Ok(Self {
             system,
             master,
@@ -100,7 +100,7 @@ impl Run {
             }
             return Err(error);
         }
-        self.supervision.add(&self.master);
+        self.supervision.add(&self.master)?;
         self.record(history)
     }
 

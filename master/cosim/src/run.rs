@@ -1,6 +1,7 @@
 //! A run of a system, for programs, Python and pages: instances are made and initialized, stepped
 //! to a stop time and observed; the outcome ends with a verdict on the result.
 
+pub(crate) mod alarms;
 pub mod divergence;
 pub mod experiment;
 pub mod instance_cache;

@@ -1,6 +1,7 @@
 //! Reads a system structure of SSP into the flat system that the master runs ([`Structure`]), and
 //! loads its FMUs ([`system`]), for programs, Python and pages.
 
+mod alarm;
 pub(crate) mod arrays;
 mod bond;
 mod flat;
@@ -12,6 +13,7 @@ pub(crate) mod units;
 mod values;
 mod ways;
 
+pub use alarm::Alarm;
 pub use bond::{Power, PowerBond};
 pub use flat::{Component, Connection, Hop, OuterInput, OuterOutput, Parameter, Structure};
 pub use flatten::read;

@@ -53,7 +53,7 @@ export class Page {
 }
 
 /* `window.machine`: a page for scripts. `its` has `engine`, `engineOf(ghost)`, `start(settings)`, `play()`, `pause()`, `advance(seconds)`,
- * `set(name, value)`. */
+ * `set(name, value)`, and may have a `verdict()` that knows more than the engine's. */
 export function scripted(its, ready) {
   window.machine = {
     ready,
@@ -66,6 +66,6 @@ export function scripted(its, ready) {
     get time() {
       return its.engine?.time ?? NaN;
     },
-    verdict: () => its.engine.verdict(),
+    verdict: () => (its.verdict ? its.verdict() : its.engine.verdict()),
   };
 }

@@ -67,6 +67,8 @@ pub struct System {
     pub connections: Vec<Connection>,
     /// Signal dictionaries by name.
     pub dictionaries: Vec<(String, Sourced<SignalDictionary>)>,
+    /// Annotations of tools.
+    pub annotations: Vec<Annotation>,
 }
 
 /// An element of a system.
@@ -238,6 +240,7 @@ fn read_system(node: &xml::Element, units: &Units) -> Result<System, XmlError> {
     Ok(System {
         connectors: read_connectors(node, units)?,
         bindings: Binding::read_all(node)?,
+        annotations: Annotation::read_all(node)?,
         connections: connections.collect::<Result<_, _>>()?,
         dictionaries: dictionaries.collect::<Result<_, _>>()?,
         elements,

@@ -8,4 +8,5 @@ pub mod metrics;
 pub mod power_integral;
 pub mod run;
 pub mod supply;
+pub mod swinging;
 pub mod tracking;

@@ -15,7 +15,7 @@ use fmi_import::batch::Batch;
 use fmi_import::value::Value;
 
 /// Outputs of one component and one type that are read together.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Read {
     pub(super) instance: usize,
     pub(super) batch: Batch,

@@ -14,6 +14,7 @@ use anyhow::{Result, bail, ensure};
 use fmi_description::{Access, Causality, Kind};
 
 /// Variables that are read together.
+#[derive(Clone, Debug)]
 pub struct Signals {
     ports: Vec<Port>,
     values: Vec<f64>,

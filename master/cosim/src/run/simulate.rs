@@ -76,7 +76,7 @@ pub fn run_plan(
         ));
     }
     let mut state = RunState {
-        supervision: Supervision::new(system, &master, verdict),
+        supervision: Supervision::new(system, &master, verdict)?,
         key: plan.key.as_ref(),
         master,
         steps,
@@ -132,7 +132,7 @@ pub fn run_plan(
             }
             return Err(state.supervision.explain(error, system, &state.master));
         }
-        state.supervision.add(&state.master);
+        state.supervision.add(&state.master)?;
         save(&mut due, &state)?;
         let (k, all) = state.steps.so_far(&state.master);
         if k % 256 == 0 {

@@ -19,6 +19,7 @@ struct Snapshot {
     key: RunKey,
     progress: Progress,
     watch: Watch,
+    raised: Vec<Option<[f64; 2]>>,
     master: Saved<Vec<u8>>,
 }
 
@@ -45,6 +46,7 @@ impl RunState<'_> {
             key: self.key()?.clone(),
             progress: self.steps.progress(),
             watch: self.supervision.watch.clone(),
+            raised: self.supervision.alarms.raised.clone(),
             master: self.master.save_bytes()?,
         })?;
         let sum = crc32fast::hash(&snapshot).to_le_bytes();
@@ -72,7 +74,12 @@ impl RunState<'_> {
         }
         self.master.restore_bytes(snapshot.master)?;
         self.steps.resume(&self.master, snapshot.progress)?;
+        ensure!(
+            self.supervision.alarms.raised.len() == snapshot.raised.len(),
+            "the snapshot is of a run with other alarms"
+        );
         self.supervision.watch = snapshot.watch;
+        self.supervision.alarms.raised = snapshot.raised;
         Ok(())
     }
 }

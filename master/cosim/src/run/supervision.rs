@@ -1,5 +1,6 @@
-//! Supervises a run of `simulate` or of a page: watches every communication point for divergence,
-//! and judges the result by divergence, energy that the coupling created or lost, and FMU messages.
+//! Supervises a run of `simulate` or of a page: watches every communication point for divergence
+//! and for alarms that the structure declares, and judges the result by these, by energy that the
+//! coupling created or lost, and by messages of FMUs.
 
 use std::collections::HashMap;
 
@@ -7,6 +8,7 @@ use anyhow::Result;
 
 use crate::exchange::bond::Residual;
 use crate::master::Master;
+use crate::run::alarms::AlarmWatch;
 use crate::run::divergence::Watch;
 use crate::run::verdict::Verdict;
 use crate::structure::system::System;
@@ -22,12 +24,13 @@ const ROUNDING: f64 = 1e-9;
 #[derive(Clone, Debug)]
 pub struct Supervision {
     pub(crate) watch: Watch,
+    pub(crate) alarms: AlarmWatch,
     verdict: Verdict,
 }
 
 impl Supervision {
     /// For a run of `system` that begins; `verdict` has the findings so far.
-    pub fn new(system: &System, master: &Master, mut verdict: Verdict) -> Self {
+    pub fn new(system: &System, master: &Master, mut verdict: Verdict) -> Result<Self> {
         let step = master.stepping().step;
         if let Some((component, internal)) = system.uneven_step(step) {
             verdict.note(format!(
@@ -36,15 +39,17 @@ impl Supervision {
                 short(internal)
             ));
         }
-        Self {
+        Ok(Self {
             watch: Watch::new(master.time(), &master.exchange().values),
+            alarms: AlarmWatch::new(system, master)?,
             verdict,
-        }
+        })
     }
 
     /// Adds the present communication point.
-    pub fn add(&mut self, master: &Master) {
+    pub fn add(&mut self, master: &Master) -> Result<()> {
         self.watch.add(master.time(), &master.exchange().values);
+        self.alarms.add(master)
     }
 
     /// Adds a finding that does not spoil the result.
@@ -73,6 +78,7 @@ impl Supervision {
         }
         judge(master.residuals(), &mut verdict);
         master.judge_unconnected(system, &mut verdict);
+        self.alarms.judge(system, &mut verdict);
         verdict
     }
 

@@ -6,6 +6,7 @@ use std::collections::HashMap;
 use fmi_description::Unit;
 use system_structure::{Connector, DataType, Direction, Transformation};
 
+use super::alarm::Alarm;
 use super::bond::PowerBond;
 
 /// One FMU instance of the system. The Gauss–Seidel schedule steps components in file order.
@@ -138,6 +139,8 @@ pub struct Structure {
     pub feedthrough: Vec<String>,
     /// Components with communication steps of their own, s; the last entry of a component counts.
     pub rates: Vec<(String, f64)>,
+    /// Outputs that mean that the result is not good.
+    pub alarms: Vec<Alarm>,
     /// Algebraic loops are solved instead of refused.
     pub solves_loops: bool,
     /// Changes to the structure as its file has it, for the user.

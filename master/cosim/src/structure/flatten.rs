@@ -5,10 +5,11 @@ use std::collections::HashMap;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use system_structure::{
-    Connection as Wire, Connector, DataType, Direction, Element, End, Kind, SignalDictionary,
-    Sourced, System, SystemStructure, Transformation,
+    Annotation, Connection as Wire, Connector, DataType, Direction, Element, End, Kind,
+    SignalDictionary, Sourced, System, SystemStructure, Transformation,
 };
 
+use super::alarm::Alarm;
 use super::bond::PowerBond;
 use super::flat::{Component, Connection, Hop, Parameter, Structure};
 use super::package::{Base, DEFAULT};
@@ -184,6 +185,7 @@ impl Flattening<'_> {
             self.driven.insert(part.end.clone(), self.parts.len());
             self.parts.push(part);
         }
+        self.alarms(&system.annotations, path, place.file)?;
         let owner = format!("system `{}`", system.name);
         self.bind(&system.bindings, &owner, path, place)
     }
@@ -239,8 +241,18 @@ impl Flattening<'_> {
             };
             self.system(&read.system, path, &inner, &[])?;
         }
+        self.alarms(&component.annotations, path, place.file)?;
         let owner = format!("component `{path}`");
         self.bind(&component.bindings, &owner, path, place)
+    }
+
+    /// Add the alarms among annotations, with their full names.
+    fn alarms(&mut self, annotations: &[Annotation], path: &str, file: &str) -> Result<()> {
+        for mut alarm in Alarm::read_all(annotations, file)? {
+            alarm.name = join(path, &alarm.name);
+            self.structure.alarms.push(alarm);
+        }
+        Ok(())
     }
 
     /// Add the values of bindings, with their full names.

@@ -88,6 +88,12 @@ pub(crate) fn rename(
             output.start.1 = renamed(&output.start.1);
         }
     }
+    for alarm in &mut structure.alarms {
+        let own = alarm.name.strip_prefix(&format!("{name}."));
+        if let Some(entry) = own.and_then(entry) {
+            alarm.name = format!("{name}.{}", entry.target);
+        }
+    }
     let component = &mut structure.components[component];
     for connector in &mut component.connectors {
         if let Some(entry) = entry(&connector.name) {

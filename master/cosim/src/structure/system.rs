@@ -1,6 +1,7 @@
 //! A loaded system: the structure and its FMUs. Programs, Python and pages load it once and run it
 //! as often, and in as many threads, as they like.
 
+mod alarms;
 mod default_step;
 mod names;
 mod values;
@@ -16,7 +17,7 @@ use system_structure::ParameterMapping;
 use crate::fmu::Fmu;
 use crate::structure::package::{FmuPlace, Package, read, read_text};
 use crate::structure::renaming::rename;
-use crate::structure::{self, Component, Structure, arrays};
+use crate::structure::{self, Alarm, Component, Structure, arrays};
 use crate::wiring::{Port, Wiring};
 
 pub(crate) use names::Names;
@@ -32,6 +33,8 @@ pub struct System {
     pub structure: Structure,
     /// FMU of each component.
     pub fmus: Vec<Arc<Fmu>>,
+    /// Alarms with their variables, and the bounds as numbers.
+    pub(crate) alarms: Vec<(Port, f64, Alarm)>,
 }
 
 impl System {
@@ -98,6 +101,7 @@ impl System {
             path,
             structure,
             fmus,
+            alarms: Vec::new(),
         };
         if !system.structure.has_start {
             system.structure.start_time = earliest_start(&system.fmus);
@@ -106,6 +110,7 @@ impl System {
             system.map(name, file)?;
         }
         arrays::resolve(&mut system.structure, &system.fmus)?;
+        system.find_alarms(|name| replaced.iter().any(|(component, _)| component == name))?;
         system.fit_values()?;
         system.check_units()?;
         Ok(system)
@@ -164,6 +169,7 @@ impl System {
             path: path.unwrap_or_default(),
             structure,
             fmus,
+            alarms: Vec::new(),
         };
         let stop = system.preferred_stop(system.structure.start_time);
         system.structure.stop_time = Some(stop);

@@ -1,6 +1,7 @@
 //! All tests of this crate from outside, as one program.
 #![forbid(unsafe_code)]
 
+mod alarms;
 mod allocation;
 mod chosen_steps;
 mod error_messages;

@@ -20,18 +20,14 @@ use crate::runs::ended_run::Fate;
 use crate::runs::run_store::RunStore;
 use crate::setup::start_values::{Law, add_settings, trajectory_settings};
 
-/// Length of a run in a pose, s, and when the push begins: what a push leaves in the measure, 5 % of
-/// the rated force, falls with its time constant of 2 s, to a fifth of [`UNSTABLE`] at the end.
+/// Length of a run in a pose, s, and when the push begins; the last second counts.
 const END: f64 = 8.0;
 const PUSH_START: f64 = 1.0;
-/// Rest after a path, s: what the path's own accelerations leave in the measure falls to a tenth.
+/// Rest after a path, s.
 const REST: f64 = 5.0;
 /// Push downwards, N, and how long it lasts, s.
 const PUSH: f64 = -1000.0;
 const PUSH_DURATION: f64 = 0.05;
-/// A rod whose force swings at the end with this root mean square over the rated force is unstable:
-/// some 1 kN of amplitude.
-const UNSTABLE: f64 = 0.01;
 /// Largest factor that is tried, and halvings of the logarithm between it, [`FACTOR`] and 1: to
 /// 2^(1/8), 9 %, below [`FACTOR`], and to 4^(1/8), 19 %, above.
 const MOST: f64 = 8.0;
@@ -260,8 +256,7 @@ pub(crate) fn run(
             let what = change.map_or("as it is", Change::name);
             let name = format!("{} {place} {payload} {what} {factor:.4}", law.name);
             let run = store.run(&name, system, &experiment)?;
-            let is_stable = run.fate == Fate::Kept && run.swing < UNSTABLE;
-            Ok(match is_stable {
+            Ok(match run.fate == Fate::Kept {
                 true => None,
                 false if run.load > 1.0 => Some(Limit::Force),
                 false => Some(Limit::Stability),

@@ -1,6 +1,6 @@
 //! Watches a machine's limits and ratings during a run and gives a verdict: which signals saturated
-//! and for what share of the time, which ratings were exceeded, what the controller's supervisor
-//! did, whether there was a reference. Used by `measures::run`, `endurance`, `imported_run`.
+//! and for what share of the time, which ratings were exceeded, whether rods swing, what the
+//! controller's supervisor did, whether there was a reference. Used by `measures::run`, `endurance`, `imported_run`.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -12,6 +12,7 @@ use fmi_description::Kind;
 use machine_file::AXES;
 
 use self::Meaning::{RatedMean, Rating, Saturation, Supervision};
+use crate::measures::swinging::{SwingWatch, reference_ports};
 use crate::setup::machine_choice::MachineFile;
 
 /// Share of the time above which saturation makes the verdict bad.
@@ -65,6 +66,10 @@ struct Limit {
 pub struct LimitWatch {
     ports: Vec<Port>,
     limits: Vec<Limit>,
+    swings: SwingWatch,
+    /// Actuators, with the indices of their rods' forces.
+    rods: Vec<(String, usize)>,
+    reference: Range<usize>,
     samples: u64,
 }
 
@@ -81,7 +86,7 @@ impl LimitWatch {
         let Some(MachineFile { machine, .. }) = file else {
             return Ok(watch);
         };
-        let mut drives = 0;
+        let (mut drives, mut rated) = (0, Vec::new());
         for k in 0..system.fmus.len() {
             let name = &system.structure.components[k].name;
             if system.port_of(k, STAGE).is_ok() {
@@ -113,8 +118,13 @@ impl LimitWatch {
                 ("motor torque", "N.m", &["tau_e"], RatedMean, torque),
             ];
             for (what, unit, variables, meaning, limit) in rows {
-                let limit = Limit::new(format!("{what} of {name}"), unit, meaning, limit);
-                watch.add_limit(system, k, variables, limit)?;
+                let title = format!("{what} of {name}");
+                let row = Limit::new(title, unit, meaning, limit);
+                watch.add_limit(system, k, variables, row)?;
+                if what == "force" {
+                    watch.rods.push((name.clone(), watch.ports.len() - 1));
+                    rated.push(limit);
+                }
             }
         }
         let arm = system.port("f_hold[1]")?.component;
@@ -131,10 +141,14 @@ impl LimitWatch {
             let speed = Limit::new(name, "m/s", Rating, ratings.rod_speed_max);
             watch.add_limit(system, arm, &[&format!("x_dot[{i}]")], speed)?;
         }
+        watch.swings = SwingWatch::new(rated);
         for (i, max) in (1..).zip(limits.tau_wrist_max) {
             let torque = Limit::new(format!("wrist torque {i}"), "N.m", Saturation, max);
             watch.add_limit(system, arm, &[&format!("tau_wrist[{i}]")], torque)?;
         }
+        let first = watch.ports.len();
+        watch.ports.extend(reference_ports(system));
+        watch.reference = first..watch.ports.len();
         Ok(watch)
     }
 
@@ -166,6 +180,8 @@ impl LimitWatch {
         for limit in &mut self.limits {
             limit.add(t, values);
         }
+        let forces = self.rods.iter().map(|(_, signal)| values[*signal]);
+        self.swings.add(t, forces, &values[self.reference.clone()]);
     }
 
     /// The findings so far.
@@ -179,6 +195,8 @@ impl LimitWatch {
         for limit in &self.limits {
             limit.judge(self.samples, &mut verdict);
         }
+        let names = self.rods.iter().map(|(name, _)| name);
+        self.swings.judge(names, &mut verdict);
         verdict
     }
 }
@@ -248,9 +266,9 @@ impl Limit {
             RatedMean => return,
             _ if self.beyond == 0 => return,
             Supervision => {
-                let done = ((worst - ACTS) as usize).min(SUPERVISED.len() - 1);
+                let done = ((self.worst - ACTS) as usize).min(SUPERVISED.len() - 1);
                 let text = format!("{name}: it {}, {first}", SUPERVISED[done]);
-                (*worst >= STOPS, text)
+                (self.worst >= STOPS, text)
             }
             Rating => (
                 true,

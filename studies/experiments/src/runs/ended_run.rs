@@ -3,15 +3,17 @@
 //! control was lost; with the tip error and the rods' forces. The run ends as soon as control is
 //! lost, or after the stopped machine has had time to come to rest.
 
+use std::ops::Range;
+
 use anyhow::Result;
 use cosim::run::interrupt::Interrupted;
 use cosim::run::observer::{Observer, Observers};
 use cosim::run::simulate::{Plan, run_plan};
 use cosim::{Experiment, Master, Recording, Signals, System, start_value};
-use machine_file::Ratings;
 use serde::{Deserialize, Serialize};
 
 use crate::measures::run::{end_time, motion_start, tip_error_port};
+use crate::measures::swinging::{SWINGS, SwingWatch, reference_ports};
 use crate::measures::tracking::Evaluation;
 use crate::setup::machine_choice::MachineFile;
 
@@ -19,16 +21,11 @@ use crate::setup::machine_choice::MachineFile;
 const FAR: f64 = 0.05;
 /// Rod force from which on a run is lost, as a multiple of the rated force.
 const HUGE: f64 = 4.0;
-/// A rod oscillates if its force without the moving mean has this root mean square, as a share of
-/// the rated force; the paths' own accelerations stay below a third of it.
-const SWINGS: f64 = 0.15;
-/// Time constants of mean and mean square, s: lasting oscillations above 0.6 Hz remain.
-const MEAN: f64 = 0.25;
-const LASTING: f64 = 1.0;
+/// Swing in motion from which on a run is lost, as a share of the rated force; the paths' own
+/// accelerations stay below a third of it.
+const WILD: f64 = 0.15;
 /// Time after braking at which the machine must be at rest, s.
 const STANDS: f64 = 3.0;
-/// Root mean square below which a rod is at rest, as a share of the rated force.
-const STILL: f64 = 0.05;
 
 /// What became of a run.
 #[derive(Clone, Copy, Debug, Default, Eq, PartialEq, Serialize, Deserialize)]
@@ -56,7 +53,7 @@ pub struct EndedRun {
     pub force: f64,
     /// Largest moving mean of a rod's force until braking, divided by the rated force.
     pub load: f64,
-    /// Root mean square of the oscillating force at the end, divided by the rated force.
+    /// Root mean square of the swinging force in the last whole second, divided by the rated force.
     pub swing: f64,
     /// Simulated time, s.
     pub time: f64,
@@ -88,7 +85,7 @@ impl EndedRun {
             let master = experiment.start(system)?;
             watch.end = end_time(system, experiment, &master)?;
             // Time for a machine that brakes at the end to come to rest.
-            let stop = watch.end + if watch.has_brakes { STANDS } else { 0.0 };
+            let stop = watch.end + if watch.brakes.is_empty() { 0.0 } else { STANDS };
             let observers = &mut Observers(vec![&mut recording, &mut watch]);
             let outcome = run_plan(system, master, &Plan::to(stop), &|_, _| (), observers)?;
             Ok(outcome.simulated)
@@ -108,53 +105,33 @@ impl EndedRun {
             }
             Fate::Stopped | Fate::Lost => None,
         };
-        let swing = watch.rods.iter().map(|rod| rod.square).fold(0.0, f64::max);
+        let rods = watch.swings.rods.iter();
+        let swing = rods.map(|rod| rod.rms).fold(0.0, f64::max);
         Ok(Self {
             fate,
             why,
             rmse,
             force: watch.force,
             load: watch.load,
-            swing: swing.sqrt(),
+            swing,
             time,
         })
-    }
-}
-
-/// Force of a rod divided by the rated force: its moving mean, and the mean square of the rest.
-#[derive(Clone, Copy, Default)]
-struct Rod {
-    rated: f64,
-    /// The controller's limit divided by the rated force, at least 1.
-    limit: f64,
-    mean: f64,
-    square: f64,
-}
-
-impl Rod {
-    /// Adds the force, N, `dt` s after the last one; returns its share of the limit.
-    fn add(&mut self, force: f64, dt: f64) -> f64 {
-        let part = force / self.rated;
-        if dt == 0.0 {
-            self.mean = part;
-        }
-        self.mean += (dt / MEAN).min(1.0) * (part - self.mean);
-        let rest = part - self.mean;
-        self.square += (dt / LASTING).min(1.0) * (rest * rest - self.square);
-        part.abs() / self.limit
     }
 }
 
 /// Watches the run and ends it when its fate is known.
 struct Watch {
     signals: Signals,
-    rods: Vec<Rod>,
+    swings: SwingWatch,
+    /// The controller's limit divided by the rated force, at least 1.
+    limit: f64,
     time: f64,
     force: f64,
     load: f64,
     /// When the controller braked, s.
     braked: Option<f64>,
-    has_brakes: bool,
+    /// Places of the brakes among the signals; the reference follows.
+    brakes: Range<usize>,
     /// When the run ends unless the controller brakes, s.
     end: f64,
     ended: Option<(Fate, String)>,
@@ -166,26 +143,24 @@ impl Watch {
         let tip = tip_error_port(system)?;
         let force = |k| system.port(&format!("emla_{k}.F"));
         let mut ports = vec![tip, force(1)?, force(2)?, force(3)?];
-        let rated = file.machine.ratings.in_order();
+        let rated = file.machine.ratings.in_order().map(|r| r.force_max);
         let limit = match system.port_of(tip.component, "force_limit") {
             Ok(port) => start_value(system, &experiment.settings, port)?.max(1.0),
             Err(_) => 1.0,
         };
         let brake = |k| system.port_of(tip.component, &format!("brake[{k}]"));
         ports.extend((1..=3).flat_map(brake));
-        let rod = |ratings: &&Ratings| Rod {
-            rated: ratings.force_max,
-            limit,
-            ..Rod::default()
-        };
+        let brakes = 4..ports.len();
+        ports.extend(reference_ports(system));
         Ok(Self {
             signals: Signals::new(system, &ports)?,
-            rods: rated.iter().map(rod).collect(),
+            brakes,
+            swings: SwingWatch::new(rated),
+            limit,
             time: experiment.stepping.start,
             force: 0.0,
             load: 0.0,
             braked: None,
-            has_brakes: ports.len() > 4,
             end: f64::INFINITY,
             ended: None,
         })
@@ -196,15 +171,16 @@ impl Observer for Watch {
     fn observe(&mut self, master: &Master) -> Result<()> {
         let dt = master.time() - self.time;
         self.time = master.time();
-        let [error, rest @ ..] = self.signals.read(master)? else {
-            unreachable!("the tip error is read first");
-        };
-        let (forces, brakes) = rest.split_at(self.rods.len());
-        for (k, (rod, force)) in (1..).zip(self.rods.iter_mut().zip(forces)) {
-            self.force = self.force.max(rod.add(*force, dt));
+        let values = self.signals.read(master)?;
+        let (error, forces) = (values[0], values[1..4].iter().copied());
+        let is_braked = values[self.brakes.clone()].iter().any(|b| *b != 0.0);
+        let reference = &values[self.brakes.end..];
+        self.swings.add(self.time, forces, reference);
+        for (k, rod) in (1..).zip(&self.swings.rods) {
+            self.force = self.force.max(rod.part.abs() / self.limit);
             if self.braked.is_none() {
                 self.load = self.load.max(rod.mean.abs());
-                if rod.square > SWINGS * SWINGS {
+                if rod.rms > WILD {
                     self.ended = Some((Fate::Lost, format!("rod {k} swings")));
                 }
             }
@@ -212,15 +188,18 @@ impl Observer for Watch {
         if self.force > HUGE {
             self.ended = Some((Fate::Lost, "a rod's force".into()));
         }
-        if brakes.iter().any(|brake| *brake != 0.0) {
+        if is_braked {
             self.braked.get_or_insert(self.time);
         }
         match self.braked {
-            None if *error > FAR => {
+            None if error > FAR => {
                 self.ended = Some((Fate::Lost, "the tip is far off".into()));
             }
             None if self.time > self.end - 0.5 * dt => {
-                self.ended = Some((Fate::Kept, String::new()));
+                self.ended = Some(match self.swings.swings_now() {
+                    None => (Fate::Kept, String::new()),
+                    Some(k) => (Fate::Lost, format!("rod {k} swings at rest")),
+                });
             }
             Some(braked) if self.time - braked > 0.99 * STANDS => self.ended = Some(self.stopped()),
             _ => {}
@@ -236,43 +215,10 @@ impl Observer for Watch {
 impl Watch {
     /// The fate of a run after braking.
     fn stopped(&self) -> (Fate, String) {
-        let standing = |rod: &Rod| rod.square < STILL * STILL;
-        match self.rods.iter().position(|rod| !standing(rod)) {
+        let mut rods = self.swings.rods.iter();
+        match rods.position(|rod| rod.rms > SWINGS) {
             None => (Fate::Stopped, "the controller braked".into()),
             Some(k) => (Fate::Lost, format!("rod {} swings under its brake", k + 1)),
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A force that swings around a load has its amplitude over √2 as its root mean square, less
-    /// what the mean takes: at 5.6 Hz and 0.25 s 0.6 %. A load that changes slowly does not swing.
-    #[test]
-    fn swinging_is_told_from_load() {
-        let rated = 70e3;
-        let after = |force: &dyn Fn(f64) -> f64| {
-            let mut rod = Rod {
-                rated,
-                limit: 1.0,
-                ..Rod::default()
-            };
-            rod.add(force(0.0), 0.0);
-            for k in 1..8000 {
-                rod.add(force(1e-3 * f64::from(k)), 1e-3);
-            }
-            rod.square.sqrt()
-        };
-        let w = std::f64::consts::TAU * 5.6;
-        let swings = after(&|t| 40e3 + 16e3 * (w * t).sin());
-        let expected = 16e3 / rated / 2.0_f64.sqrt();
-        assert!(
-            (swings / expected - 1.0).abs() < 0.03,
-            "{swings}, {expected}"
-        );
-        let slow = after(&|t| 40e3 + 16e3 * (0.5 * t).sin());
-        assert!(slow < 0.2 * SWINGS, "{slow}");
     }
 }

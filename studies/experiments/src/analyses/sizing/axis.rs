@@ -4,6 +4,7 @@
 use std::f64::consts::TAU;
 
 use anyhow::{Context, Result};
+use cosim::io::numbers::short;
 use cosim::{Experiment, System, Verdict};
 use machine_file::{Heat, Ratings};
 use serde::Serialize;
@@ -17,6 +18,11 @@ const HOUR: f64 = 3600.0;
 /// Part of the peak torque by which a sample may exceed the peak envelope: current and voltage are
 /// sampled.
 const SLACK: f64 = 0.01;
+
+/// The number with five significant digits.
+fn five_digits(number: f64) -> String {
+    short(format!("{number:.4e}").parse().unwrap_or(number))
+}
 
 /// Winding temperature that insulation of class F withstands (IEC 60085: 155 °C), K.
 pub const WINDING_LIMIT: f64 = 428.15;
@@ -176,8 +182,10 @@ impl Axis {
                 && value > rating
             {
                 verdict.object(format!(
-                    "{}: {name} = {value:.4} {unit}, more than {rating:.4} {unit}",
-                    self.actuator
+                    "{}: {name} = {} {unit}, more than {} {unit}",
+                    self.actuator,
+                    five_digits(value),
+                    five_digits(rating)
                 ));
             }
         }

@@ -67,7 +67,7 @@ pub fn evaluate(
         axes.push(Axis::new(system, experiment, k, &columns, lowest, ratings)?);
     }
     let mut verdict = Verdict::default();
-    for finding in recorded.outcome.run.verdict.findings() {
+    for finding in recorded.outcome.verdict().findings() {
         if finding.is_bad {
             verdict.object(finding.text.clone());
         }
