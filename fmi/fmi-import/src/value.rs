@@ -39,14 +39,14 @@ impl Value {
         }
     }
 
-    /// Reads a number, `true` or `false`, a text, or bytes as hexadecimal digits; None if the type
+    /// Reads a number, `true` or `false` (Python's `True` and `False` too), a text, or bytes as hexadecimal digits; None if the type
     /// has no such value.
     pub fn parse(access: Access, text: &str) -> Option<Self> {
         match access {
             Access::Real | Access::Float32 => text.parse().ok().map(Self::Real),
             Access::Boolean => match text {
-                "true" | "1" => Some(Self::Whole(1)),
-                "false" | "0" => Some(Self::Whole(0)),
+                "true" | "True" | "1" => Some(Self::Whole(1)),
+                "false" | "False" | "0" => Some(Self::Whole(0)),
                 _ => None,
             },
             Access::String => CString::new(text).ok().map(Self::Text),

@@ -59,7 +59,8 @@ impl Page<'_> {
             let text = text.replace('<', "\\u003c");
             parts.push(script("application/json", name, &text)?);
         }
-        let page = self.inlined(&parts.concat())?;
+        let page = page_files::with_policy(&self.inlined(&parts.concat())?)
+            .context("the page's head must begin with <meta charset=\"utf-8\">")?;
         fs::write(out, &page).with_context(|| out.display().to_string())?;
         Ok(page.len())
     }
