@@ -84,6 +84,27 @@ def test_the_page_makes_no_noise_and_asks_for_nothing(browser):
     assert noise(browser) == []
 
 
+def test_names_are_text_and_markup_in_them_runs_nothing(browser):
+    """What files name is shown as it is; and if markup got in, neither its scripts nor its pictures would load."""
+    hostile = "<img src=x onerror=\"document.title = 'run'\"><b>bold</b>"
+    title, shown = browser.execute_script(
+        """
+        const name = arguments[0], before = document.title;
+        const place = added("conditions", html`<p title="${name}">${[name, html`<i>${name}</i>`]}</p>`);
+        const shown = [place.innerText, place.querySelector("p").title, place.querySelectorAll("img, b").length];
+        place.innerHTML = name;
+        return [before, shown];
+        """,
+        hostile,
+    )
+    assert shown == [2 * hostile, hostile, 0]
+    time.sleep(0.5)
+    assert browser.title == title
+    refused = [entry["message"] for entry in browser.get_log("browser") if "Content Security Policy" in entry["message"]]
+    assert any("img-src" in message for message in refused) and any("script-src" in message for message in refused), refused
+    browser.execute_script("document.querySelector('#conditions > div:last-child').remove()")
+
+
 def test_plots_hold_curves(browser):
     plots = browser.execute_script(
         "return [...document.querySelectorAll('.js-plotly-plot')].map((p) => [p.id || p.className, p.data.map((t) => (t.x ?? []).length)])"

@@ -308,7 +308,7 @@ class System:
         """
         completed = complete(options, self.run)
         completed |= {"signals": self._check(completed), "metrics": list(completed["metrics"])}
-        conditions = {**self._conditions(completed["settings"], completed["stop_time"]), "inputs": _columns(inputs)}
+        conditions = {**self._conditions(completed["settings"], completed["stop_time"]), "inputs": _columns(inputs, self._names)}
         self._check_altered(conditions)
         bar = _Bar() if progress else None
         try:
@@ -403,7 +403,7 @@ class System:
         self._running().set(list(values.items()))
 
 
-def _columns(inputs):
+def _columns(inputs, names):
     """Times, and columns with names and units, of a DataFrame or of another run."""
     if inputs is None:
         return None
@@ -414,9 +414,9 @@ def _columns(inputs):
         units = inputs.attrs.get("units", {})
     else:
         raise BadInput(f"inputs must be a DataFrame with time (s) as index and columns named component.variable, not {type(inputs).__name__}")
-    times, columns = _numbers("the index, which is time in s,", inputs.index), []
+    times, columns = _times(inputs.index), []
     for k, name in enumerate(inputs.columns):
-        columns.append((str(name), units.get(name), _numbers(f"column `{name}`", inputs.iloc[:, k])))
+        columns.append((str(name), units.get(name), _numbers(f"column `{name}`", inputs.iloc[:, k], _words(names, str(name)))))
     return times, columns
 
 
@@ -429,11 +429,36 @@ def _number(name, value):
         raise BadInput(f"{name} = {value!r} must be a number") from None
 
 
-def _numbers(what, values):
+def _words(names, name):
+    """Words that stand for values of the variable `name`, with their numbers: items of an enumeration, or truth values."""
+    try:
+        variable = names.one(name)
+    except BadInput:  # an input of the system, or refused later
+        return {}
+    return {"True": 1, "False": 0, "true": 1, "false": 0} if variable.type == "Boolean" else variable.items
+
+
+def _times(index):
+    """The index in seconds: numbers are seconds, differences of times have their own unit."""
+    if isinstance(index, pandas.TimedeltaIndex):
+        return index.total_seconds().tolist()
+    if isinstance(index, (pandas.DatetimeIndex, pandas.PeriodIndex)):
+        raise BadInput(
+            f"inputs: the index holds dates, such as {index[0]}; it must be time in s from the start of the run, or a TimedeltaIndex: "
+            "`inputs.index - inputs.index[0]`"
+        )
+    return _numbers("the index, which is time in s,", index)
+
+
+def _numbers(what, values, words={}):
+    """The values as numbers, of which `words` has some by name."""
+    if any(isinstance(value, str) and value in words for value in values):
+        values = [words.get(value, value) if isinstance(value, str) else value for value in values]
     try:
         return np.asarray(values, dtype=float).tolist()
     except (TypeError, ValueError) as error:
-        raise BadInput(f"inputs: {what} must hold numbers: {error}") from None
+        known = f", or one of {', '.join(words)}" if words else ""
+        raise BadInput(f"inputs: {what} must hold numbers{known}: {error}") from None
 
 
 class _Bar:

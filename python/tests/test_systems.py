@@ -271,7 +271,8 @@ def test_wrong_tables_of_inputs_are_refused():
     backwards = INPUTS.set_axis([0.0, 0.01, 0.004])
     twice = pandas.DataFrame([[1.0, 2.0]], columns=["Emla.v_q", "Emla.v_q"], index=[0.0])
     for inputs, reason in (
-        (backwards, "the time 0.004 s must be greater than the one before, 0.01 s"),
+        (backwards, "the time 0.004 s must not be less than the one before, 0.01 s"),
+        (INPUTS.set_axis(pandas.to_datetime(["2026-01-01", "2026-01-02", "2026-01-03"])), "the index holds dates, such as 2026-01-01 00:00:00"),
         (INPUTS.set_axis(["now", "then", "later"]), "the index, which is time in s, must hold numbers"),
         (twice, "two columns are named `Emla.v_q`"),
         (INPUTS[:0], "the input table has no rows"),
@@ -282,6 +283,26 @@ def test_wrong_tables_of_inputs_are_refused():
     driven = pandas.DataFrame({"emla_2.v_q": [0.0]}, index=[0.0])
     with pytest.raises(BadInput, match=r"column `emla_2.v_q`: the connection from `controller.v_q\[2\]` drives it"):
         hdrm_fmu.run(inputs=driven, stop_time=0.01)
+
+
+@pytest.mark.parametrize("unit", ("s", "ms", "us", "ns"))
+def test_differences_of_times_have_their_own_unit(unit):
+    emla, options = hdrm_fmu.fmus()["Emla"], {"stop_time": 0.01, "step": 1e-3}
+    index = pandas.to_timedelta(np.round(1e9 * np.asarray(TIMES)).astype("int64"), unit="ns").as_unit("ns")
+    coarse = index.as_unit(unit) if unit != "s" else index
+    same = hdrm_fmu.run(system=emla, inputs=INPUTS.set_axis(coarse), **options)
+    assert same.equals(hdrm_fmu.run(system=emla, inputs=INPUTS.set_axis(coarse.total_seconds()), **options))
+    assert float(same.time[-1]) == 0.01
+
+
+def test_truth_values_and_items_may_be_words():
+    emla, options = hdrm_fmu.fmus()["Emla"], {"stop_time": 0.01, "step": 1e-3}
+    frame = INPUTS.assign(**{"Emla.enable": [True, False, True]})
+    expected = hdrm_fmu.run(system=emla, inputs=frame, **options)
+    for words in (["True", "False", "True"], ["true", "false", "true"], [1, 0, 1]):
+        assert hdrm_fmu.run(system=emla, inputs=frame.assign(**{"Emla.enable": words}), **options).equals(expected)
+    with pytest.raises(BadInput, match="column `Emla.enable` must hold numbers, or one of True, False, true, false"):
+        hdrm_fmu.run(system=emla, inputs=frame.assign(**{"Emla.enable": ["on", "off", "on"]}), **options)
 
 
 def test_what_belongs_to_another_system_is_refused(tmp_path):

@@ -39,8 +39,9 @@ impl Value {
         }
     }
 
-    /// Reads a number, `true` or `false`, a text, or bytes as hexadecimal digits; None if the type
-    /// has no such value. As in XML, blanks and line ends around anything but a text do not count.
+    /// Reads a number, `true` or `false` (Python's `True` and `False` too), a text, or bytes as
+    /// hexadecimal digits; None if the type has no such value. As in XML, blanks and line ends
+    /// around anything but a text do not count.
     pub fn parse(access: Access, text: &str) -> Option<Self> {
         let text = match access {
             Access::String => text,
@@ -49,8 +50,8 @@ impl Value {
         match access {
             Access::Real | Access::Float32 => text.parse().ok().map(Self::Real),
             Access::Boolean => match text {
-                "true" | "1" => Some(Self::Whole(1)),
-                "false" | "0" => Some(Self::Whole(0)),
+                "true" | "True" | "1" => Some(Self::Whole(1)),
+                "false" | "False" | "0" => Some(Self::Whole(0)),
                 _ => None,
             },
             Access::String => CString::new(text).ok().map(Self::Text),

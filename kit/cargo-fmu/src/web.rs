@@ -60,7 +60,8 @@ impl Page<'_> {
             let text = text.replace('<', "\\u003c");
             parts.push(script("application/json", name, &text)?);
         }
-        let page = self.inlined(&parts.concat())?;
+        let page = page_files::with_policy(&self.inlined(&parts.concat())?)
+            .context("the page's head must begin with <meta charset=\"utf-8\">")?;
         output_file::write(out, &page)?;
         Ok(page.len())
     }

@@ -2,7 +2,7 @@
 import { Engine } from "./engine.js";
 import { Page, element, html, scripted, tickBox } from "./page.js";
 import { archive, download, part, textOf, unpacked } from "./parts.js";
-import { Recorder } from "./records.js";
+import { Recorder, cells } from "./records.js";
 import { Scope } from "./scopes.js";
 import { addressOf, elements, settingsOf } from "./variables.js";
 
@@ -23,7 +23,7 @@ const SIGNALS = {
   file: { numbers: [], at: (t, _, rest, column) => (column ? between(column, t) : rest) },
 };
 
-/* The column's value at t, straight between its rows. */
+/* The column's value at t, straight between its rows; two rows of one time are a jump. */
 function between({ times, values }, t) {
   const k = times.findIndex((time) => time > t);
   if (k < 0) return values.at(-1);
@@ -40,8 +40,9 @@ function bounds(min, max) {
 /* Columns of a CSV file by name; the first one is the time. */
 function columnsOf(text) {
   const lines = text.replace("\ufeff", "").split(/\r?\n/).filter((line) => line.trim() && !line.startsWith("#"));
-  const names = lines[0].split(",").map((name) => name.trim().replace(/^"|"$/g, ""));
-  const rows = lines.slice(1).map((line) => line.split(",").map(Number));
+  const names = cells(lines[0]);
+  const words = { true: 1, True: 1, false: 0, False: 0, "": NaN };
+  const rows = lines.slice(1).map((line) => cells(line).map((cell) => words[cell] ?? Number(cell)));
   const wrong = rows.findIndex((row) => row.length !== names.length || row.some((v) => !Number.isFinite(v)));
   if (names[0] !== "time" || !rows.length) throw new Error("A CSV file needs a first column `time`, names in its first line, and rows of numbers.");
   if (wrong >= 0) throw new Error(`Row ${wrong + 2} of the CSV file must have ${names.length} numbers: ${lines[wrong + 1]}`);

@@ -1,7 +1,23 @@
-/* Recorded signals, as CSV. */
+/* Recorded signals, as CSV; cells of its lines. */
 
 /* Communication points that a recording holds at most: five minutes at 1 ms. */
 const MOST_ROWS = 300_000;
+
+/* A text as a cell, quoted if necessary: names of array elements contain commas, `a[1,2]`. */
+export const cell = (text) => (/[",\r\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+
+/* The cells of a line, without quotes and surrounding blanks. */
+export function cells(line) {
+  const found = [""];
+  let quoted = false;
+  for (const [letters] of line.matchAll(/""|[^]/g)) {
+    if (letters === '""' && quoted) found[found.length - 1] += '"';
+    else if (letters === '"') quoted = !quoted;
+    else if (letters === "," && !quoted) found.push("");
+    else if (letters !== '""') found[found.length - 1] += letters;
+  }
+  return found.map((cell) => cell.trim());
+}
 
 export class Recorder {
   constructor() {
@@ -38,7 +54,7 @@ export class Recorder {
 
   csv() {
     const stride = 1 + this.names.length;
-    const lines = [["time", ...this.names].join(",")];
+    const lines = [["time", ...this.names.map(cell)].join(",")];
     for (const rows of this.chunks) {
       for (let at = 0; at < rows.length; at += stride) lines.push(rows.subarray(at, at + stride).join(","));
     }

@@ -7,6 +7,10 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod policy;
+
+pub use policy::with_policy;
+
 macro_rules! files {
     ($($name:literal)*) => {
         [$(($name, include_str!(concat!("../page/", $name)))),*]

@@ -36,10 +36,10 @@
       const v = valueAt(run, name, time);
       return Number.isNaN(v) ? "–" : (v * factor).toFixed(digits);
     };
-    const row = (label, i) => `<tr><td>${label}</td><td>${number(`hdrm.x[${i}]`, 1000, 1)}</td><td>${number(`hdrm.x_dot[${i}]`, 1000, 1)}</td><td>${number(`emla_${i}.F`, 1e-3, 2)}</td><td>${number(`emla_${i}.i_q`, 1, 2)}</td></tr>`;
-    element("readout").innerHTML =
-      `<table><tr><th></th><th>stroke, mm</th><th>mm/s</th><th>kN</th><th>A</th></tr>${ACTUATORS.map((label, k) => row(label, k + 1)).join("")}` +
-      `<tr><td>tip error</td><td colspan="4">${number("controller.tip_error_norm", 1000, 4)} mm</td></tr></table>`;
+    const row = (label, i) => html`<tr><td>${label}</td><td>${number(`hdrm.x[${i}]`, 1000, 1)}</td><td>${number(`hdrm.x_dot[${i}]`, 1000, 1)}</td><td>${number(`emla_${i}.F`, 1e-3, 2)}</td><td>${number(`emla_${i}.i_q`, 1, 2)}</td></tr>`;
+    show("readout",
+      html`<table><tr><th></th><th>stroke, mm</th><th>mm/s</th><th>kN</th><th>A</th></tr>${ACTUATORS.map((label, k) => row(label, k + 1))}
+      <tr><td>tip error</td><td colspan="4">${number("controller.tip_error_norm", 1000, 4)} mm</td></tr></table>`);
     element("clock").value = `${time.toFixed(2)} s`;
   }
 

@@ -60,8 +60,31 @@ const mm = (m, digits = 4) => (m === null || m === undefined ? "failed" : (1000 
 
 const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
-function escape(text) {
-  return String(text).replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
+/* Markup of the page. What is put into it is escaped, except markup and lists of it. */
+class Markup {
+  constructor(text) {
+    this.text = text;
+  }
+}
+const html = (parts, ...values) => new Markup(String.raw({ raw: parts }, ...values.map(inserted)));
+const separated = (separator, items) => items.flatMap((item, k) => (k ? [separator, item] : [item]));
+function inserted(value) {
+  if (value instanceof Markup) return value.text;
+  if (Array.isArray(value)) return value.map(inserted).join("");
+  return String(value).replace(/[&<>"]/g, (c) => ({ "&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;" })[c]);
+}
+
+/* Makes `markup` the content of the element `id`. */
+function show(id, ...markup) {
+  element(id).innerHTML = inserted(markup);
+}
+
+/* A new block with `markup` at the end of the element `id`. */
+function added(id, markup) {
+  const block = document.createElement("div");
+  block.innerHTML = inserted(markup);
+  element(id).append(block);
+  return block;
 }
 
 /* Fill a <select> with the items; `changed` is told the chosen one, now and after each change. */

@@ -17,10 +17,10 @@ function energyTable() {
     ["copper", "copper"], ["core", "core"], ["inverter", "inverter"], ["mechanical", "mechanical"], ["stored", "stored"]];
   const name = (actuator) => ACTUATORS[Number(actuator.split("_")[1]) - 1] ?? actuator;
   const rows = data.energy.flatMap(({ trajectory, balances }) => balances.map((b, k) =>
-    `<tr>${k ? "" : `<td class="group" rowspan="${balances.length}">${trajectory}</td>`}<td class="left">${escape(name(b.actuator))}</td>` +
-    `${columns.map(([key]) => `<td>${(b[key] / 1000).toFixed(3)}</td>`).join("")}<td>${b.efficiency === null ? "–" : `${(100 * b.efficiency).toFixed(1)} %`}</td><td>${(100 * b.throughput).toFixed(1)} %</td></tr>`));
-  element("energy-table").innerHTML = "<h3>Energy over the motion, kJ, adaptive controller</h3>" +
-    `<table class="data dense"><tr><th class="left">trajectory</th><th class="left">actuator</th>${columns.map(([, title]) => `<th>${title}</th>`).join("")}<th>efficiency while work is done</th><th>throughput</th></tr>${rows.join("")}</table>`;
+    html`<tr>${k ? "" : html`<td class="group" rowspan="${balances.length}">${trajectory}</td>`}<td class="left">${name(b.actuator)}</td>
+    ${columns.map(([key]) => html`<td>${(b[key] / 1000).toFixed(3)}</td>`)}<td>${b.efficiency === null ? "–" : `${(100 * b.efficiency).toFixed(1)} %`}</td><td>${(100 * b.throughput).toFixed(1)} %</td></tr>`));
+  show("energy-table", html`<h3>Energy over the motion, kJ, adaptive controller</h3>
+    <table class="data dense"><tr><th class="left">trajectory</th><th class="left">actuator</th>${columns.map(([, title]) => html`<th>${title}</th>`)}<th>efficiency while work is done</th><th>throughput</th></tr>${rows}</table>`);
 }
 
 /* The machine that a battery feeds. */
@@ -30,12 +30,12 @@ function electric() {
   const J = (value) => value === undefined || value === null ? "–" : value.toFixed(2);
   const rows = data.electric.map(({ trajectory, supply: s, open }) => s && row([trajectory, ...[s.source?.battery, s.source?.brake, s.source?.lost, s.source?.stored,
     s.given, s.residual, s.work, s.shift, s.lost, s.stored, open, s.throughput].map(J)])).filter(Boolean);
-  const axes = data.electric.flatMap(({ trajectory, sizing }) => sizing.axes.map((a) => row([`${trajectory}, ${escape(a.actuator)}`,
+  const axes = data.electric.flatMap(({ trajectory, sizing }) => sizing.axes.map((a) => row([`${trajectory}, ${a.actuator}`,
     a.torque.rms.toFixed(2), a.continuous.toFixed(1), a.torque.peak.toFixed(2), (a.speed.peak * 30 / Math.PI).toFixed(0), a.current.peak.toFixed(2), a.motor.current.toFixed(0),
     (a.force.peak / 1000).toFixed(2), (a.ratings.force_max / 1000).toFixed(0), (a.temperatures.winding_max - 273.15).toFixed(1), (a.temperatures.housing - 273.15).toFixed(1)])));
-  element("electric-table").innerHTML =
-    table(["energy, J", "from the pack", "brake resistor", "lost in the link", "stored in the link", "to the drives", "lost at the bonds", "work on the load", "work by the coupling at the rods", "lost in the drives", "stored in the drives", "left open", "through the bonds"], rows) +
-    table(["motors over the motion", "torque rms, N·m", "may last", "peak", "speed, rpm", "current, A", "limit", "force, kN", "rating", "winding in an hour, °C", "housing"], axes);
+  show("electric-table",
+    table(["energy, J", "from the pack", "brake resistor", "lost in the link", "stored in the link", "to the drives", "lost at the bonds", "work on the load", "work by the coupling at the rods", "lost in the drives", "stored in the drives", "left open", "through the bonds"], rows),
+    table(["motors over the motion", "torque rms, N·m", "may last", "peak", "speed, rpm", "current, A", "limit", "force, kN", "rating", "winding in an hour, °C", "housing"], axes));
   const parent = element("electric-plots");
   const brief = (name) => name.replace(/\.(v_dc|i_battery|i_dc_mean|soc|P_brake)$/, "").replace(".T_", " ");
   const groups = [["voltage of the link", "V", /\.v_dc$/, 1, 0], ["currents of pack and drives", "A", /\.i_(battery|dc_mean)$/, 1, 0], ["state of charge", "%", /\.soc$/, 100, 0],
@@ -64,12 +64,12 @@ function testbed() {
   document.querySelectorAll("#testbed, nav a[href='#testbed']").forEach((e) => e.classList.add("present"));
   const quantities = [["force", "kN", 1e-3], ["velocity", "mm/s", 1e3], ["position", "mm", 1e3]];
   const rows = data.testbed.axes.map((a) => {
-    const cell = ({ rmse, max, peak }, factor) => `<td>${(rmse * factor).toPrecision(3)}</td><td>${(max * factor).toPrecision(3)}</td><td>${((100 * rmse) / peak).toPrecision(2)} %</td>`;
-    return `<tr><td class="left">${a.axis}, ${a.trajectory}</td>${cell(a.position, 1e3)}${cell(a.velocity, 1e3)}${cell(a.force, 1)}</tr>`;
+    const cell = ({ rmse, max, peak }, factor) => html`<td>${(rmse * factor).toPrecision(3)}</td><td>${(max * factor).toPrecision(3)}</td><td>${((100 * rmse) / peak).toPrecision(2)} %</td>`;
+    return html`<tr><td class="left">${a.axis}, ${a.trajectory}</td>${cell(a.position, 1e3)}${cell(a.velocity, 1e3)}${cell(a.force, 1)}</tr>`;
   });
-  const heads = ["position, mm", "velocity, mm/s", "force, N"].map((q) => `<th>${q}: RMSE</th><th>max</th><th>of peak</th>`).join("");
-  element("testbed-table").innerHTML = `<p>Load emulators with a lag of ${1000 * data.testbed.lag} ms. A simulation: no measurement of a real testbed is public.</p>` +
-    `<table class="data dense"><tr><th class="left">axis</th>${heads}</tr>${rows.join("")}</table>`;
+  const heads = ["position, mm", "velocity, mm/s", "force, N"].map((q) => html`<th>${q}: RMSE</th><th>max</th><th>of peak</th>`);
+  show("testbed-table", html`<p>Load emulators with a lag of ${1000 * data.testbed.lag} ms. A simulation: no measurement of a real testbed is public.</p>
+    <table class="data dense"><tr><th class="left">axis</th>${heads}</tr>${rows}</table>`);
   for (const a of data.testbed.axes) {
     const x = Float64Array.from({ length: a.count }, (_, k) => a.start + k * a.every);
     for (const [quantity, unit, factor] of quantities) {

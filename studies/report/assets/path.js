@@ -4,5 +4,5 @@ function ownPath() {
   document.querySelectorAll(".optional[href='#path'], #path").forEach((part) => part.classList.add("present"));
   element("path-name").textContent = data.path.name;
   element("path-text").textContent = data.path.text;
-  element("path-figure").innerHTML = data.path.figure;
+  show("path-figure", new Markup(data.path.figure));
 }

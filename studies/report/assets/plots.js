@@ -52,9 +52,9 @@ const sum = (rows, of) => rows.reduce((total, row) => total + of(row), 0);
 
 /* A table: cells of the head, rows as HTML, number of columns from the left that hold names. */
 const table = (head, rows, names = 1) =>
-  `<table class="data"><tr>${head.map((text, k) => `<th${k < names ? ' class="left"' : ""}>${text}</th>`).join("")}</tr>${rows.join("")}</table>`;
+  html`<table class="data"><tr>${head.map((text, k) => html`<th${k < names ? html` class="left"` : ""}>${text}</th>`)}</tr>${rows}</table>`;
 const row = (cells, names = 1) =>
-  `<tr>${cells.map((text, k) => `<td${k < names ? ' class="left"' : ""}>${text}</td>`).join("")}</tr>`;
+  html`<tr>${cells.map((text, k) => html`<td${k < names ? html` class="left"` : ""}>${text}</td>`)}</tr>`;
 /* Three significant digits, with an exponent only where it is shorter. */
 function short(value) {
   const plain = value === 0 || (Math.abs(value) >= 1e-3 && Math.abs(value) < 1e5);

@@ -12,12 +12,12 @@ const lawName = (law) => law.replaceAll("_", " ");
 function tournamentTable({ rows, tuned }) {
   const gainsOf = (law) => tuned.find((t) => t.law === law)?.gains.map(([name, value]) => `${name} ${short(value)}`).join(", ") ?? "";
   const lines = rows.map(({ law, counts, error, ratio }) => row([
-    escape(lawName(law)), counts.lost, counts.stopped, counts.kept, error.median === null ? "&ndash;" : mm(error.median, 3), error.worst === null ? "&ndash;" : mm(error.worst, 3),
-    ratio ? `${ratio[0].toFixed(2)} <small>(${ratio[1].toFixed(2)} to ${ratio[2].toFixed(2)})</small>` : "",
+    lawName(law), counts.lost, counts.stopped, counts.kept, error.median === null ? "–" : mm(error.median, 3), error.worst === null ? "–" : mm(error.worst, 3),
+    ratio ? html`${ratio[0].toFixed(2)} <small>(${ratio[1].toFixed(2)} to ${ratio[2].toFixed(2)})</small>` : "",
   ]));
-  const gains = rows.map(({ law }) => `<b>${escape(lawName(law))}</b> ${escape(gainsOf(law))}`);
-  element("tournament-table").innerHTML =
-    table(["law", "lost", "stopped", "kept", "median, mm", "worst, mm", "error over that of adaptive integral (95 %)"], lines) + `<p>Tuned gains: ${gains.join("; ")}.</p>`;
+  const gains = rows.map(({ law }) => html`<b>${lawName(law)}</b> ${gainsOf(law)}`);
+  show("tournament-table",
+    table(["law", "lost", "stopped", "kept", "median, mm", "worst, mm", "error over that of adaptive integral (95 %)"], lines), html`<p>Tuned gains: ${separated("; ", gains)}.</p>`);
 }
 
 /* All places and payloads as small marks, the least as a large one; delay, in steps, has a panel of its own. */

@@ -1,15 +1,15 @@
 /* Errors of parameters, noise and loads. */
 function robustness() {
-  const head = MODES.map((mode) => `<th>${MODE_NAMES[mode]} <small>(max)</small></th>`).join("");
+  const head = MODES.map((mode) => html`<th>${MODE_NAMES[mode]} <small>(max)</small></th>`);
   const rows = data.table.map((row, k) => {
     const first = k === 0 || data.table[k - 1].trajectory !== row.trajectory;
     const span = data.table.filter((r) => r.trajectory === row.trajectory).length;
     const best = Math.min(...row.cells.map((c) => c.rmse ?? Infinity));
-    const cells = row.cells.map((c) => `<td class="${c.rmse === best ? "best" : ""}">${mm(c.rmse, 3)} <small>(${mm(c.max, 3)})</small></td>`);
-    return `<tr>${first ? `<td class="group" rowspan="${span}">${row.trajectory}</td>` : ""}<td>${percent(row.scale)}</td>${cells.join("")}<td>${mm(row.paper, 1)}</td></tr>`;
+    const cells = row.cells.map((c) => html`<td class="${c.rmse === best ? "best" : ""}">${mm(c.rmse, 3)} <small>(${mm(c.max, 3)})</small></td>`);
+    return html`<tr>${first ? html`<td class="group" rowspan="${span}">${row.trajectory}</td>` : ""}<td>${percent(row.scale)}</td>${cells}<td>${mm(row.paper, 1)}</td></tr>`;
   });
-  element("robustness-table").innerHTML =
-    `<table class="data"><tr><th class="left">trajectory</th><th>inertia</th>${head}<th>paper, adaptive</th></tr>${rows.join("")}</table>`;
+  show("robustness-table",
+    html`<table class="data"><tr><th class="left">trajectory</th><th>inertia</th>${head}<th>paper, adaptive</th></tr>${rows}</table>`);
   const traces = [];
   TRAJECTORIES.forEach((trajectory, column) => {
     const own = data.table.filter((r) => r.trajectory === trajectory);
@@ -34,11 +34,9 @@ const STUDY_TITLES = { motor: "Motor and transmission parameters", payload: "Pay
 
 function studies() {
   for (const study of data.errors) {
-    const block = document.createElement("div");
-    block.innerHTML = `<h3>${STUDY_TITLES[study.study]}</h3><p>${escape(study.varied)} ${escape(worstOf(study))}</p>` +
-      `<div class="scroll">${studyTable(study)}</div>`;
+    const block = added("studies", html`<h3>${STUDY_TITLES[study.study]}</h3><p>${study.varied} ${worstOf(study)}</p>
+      <div class="scroll">${studyTable(study)}</div>`);
     block.className = "study";
-    element("studies").append(block);
     studyPlot(block, study);
   }
 }
@@ -54,13 +52,13 @@ const cellsOf = (study, trajectory, name) => study.rows.find((r) => r.trajectory
 
 /* A case a row, both trajectories side by side. */
 function studyTable(study) {
-  const groups = TRAJECTORIES.map((t) => `<th class="middle" colspan="${MODES.length}">${t}: tip RMSE <small>(max)</small>, mm</th>`);
-  const modes = TRAJECTORIES.flatMap(() => MODES.map((mode) => `<th>${MODE_NAMES[mode]}</th>`));
+  const groups = TRAJECTORIES.map((t) => html`<th class="middle" colspan="${MODES.length}">${t}: tip RMSE <small>(max)</small>, mm</th>`);
+  const modes = TRAJECTORIES.flatMap(() => MODES.map((mode) => html`<th>${MODE_NAMES[mode]}</th>`));
   const rows = casesOf(study).map((name) => {
-    const cells = TRAJECTORIES.flatMap((t) => cellsOf(study, t, name)).map((c) => `<td>${mm(c.rmse, 3)} <small>(${mm(c.max, 3)})</small></td>`);
-    return `<tr><td class="left">${escape(name)}</td>${cells.join("")}</tr>`;
+    const cells = TRAJECTORIES.flatMap((t) => cellsOf(study, t, name)).map((c) => html`<td>${mm(c.rmse, 3)} <small>(${mm(c.max, 3)})</small></td>`);
+    return html`<tr><td class="left">${name}</td>${cells}</tr>`;
   });
-  return `<table class="data"><tr><th class="left" rowspan="2">case</th>${groups.join("")}</tr><tr>${modes.join("")}</tr>${rows.join("")}</table>`;
+  return html`<table class="data"><tr><th class="left" rowspan="2">case</th>${groups}</tr><tr>${modes}</tr>${rows}</table>`;
 }
 
 /* A case a line of the plot, a trajectory a panel. */

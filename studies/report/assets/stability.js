@@ -7,13 +7,13 @@ function stability() {
   if (!runs.length) return;
   const of = (values) => values.map(short);
   const power = ({ mean, max }) => of([mean, max]);
-  element("stability-functions").innerHTML = grouped(["½ sᵀMs of the bodies, J", "γ D_F of the adaptation, J", "Σ ν_a of the actuators, J"], ["first", "largest", "last"],
-    runs.map((r) => row([stabilityName(r), ...[r.nu_velocity, r.nu_adaptation, r.nu_actuators].flatMap(of)])));
-  element("stability-bound").innerHTML = grouped(["dissipation B, W", "excess ν̇ + B, W", "of it: bodies, W", "of it: actuators, W", "of it: cuts, W"], ["mean", "largest"],
+  show("stability-functions", grouped(["½ sᵀMs of the bodies, J", "γ D_F of the adaptation, J", "Σ ν_a of the actuators, J"], ["first", "largest", "last"],
+    runs.map((r) => row([stabilityName(r), ...[r.nu_velocity, r.nu_adaptation, r.nu_actuators].flatMap(of)]))));
+  show("stability-bound", grouped(["dissipation B, W", "excess ν̇ + B, W", "of it: bodies, W", "of it: actuators, W", "of it: cuts, W"], ["mean", "largest"],
     runs.map((r) => row([stabilityName(r), `${(100 * r.exceeded).toFixed(1)} %`, ...[r.dissipation, r.excess, r.bodies, r.actuators, r.cuts].flatMap(power)])),
-    "share of time with ν̇ > −B");
-  element("stability-gains").innerHTML = table(["condition", "weight ε, A/N", "value", "must be at least", "unit", "verdict"], conditions.map((c) =>
-    row([c.statement, short(c.weight), short(c.value), short(c.bound), c.unit, `<b class="${c.holds ? "pass" : "fail"}">${c.holds ? "holds" : "fails"}</b>`])));
+    "share of time with ν̇ > −B"));
+  show("stability-gains", table(["condition", "weight ε, A/N", "value", "must be at least", "unit", "verdict"], conditions.map((c) =>
+    row([c.statement, short(c.weight), short(c.value), short(c.bound), c.unit, html`<b class="${c.holds ? "pass" : "fail"}">${c.holds ? "holds" : "fails"}</b>`]))));
   element("stability-constants").textContent = `At the largest current β₁ = ${short(gains.beta_1)} N/A and |β₂| = ${short(gains.beta_2)} N/A. The first condition is shown ` +
     `as printed, where Young's inequality has the weight 1 A/N, and with half of the largest weight for which it holds, ε_max = ${short(gains.epsilon_max)} A/N. ` +
     `K₂ is chosen as twice its least value for that weight, and K₁ = L_q/(β₁ K_v) = ${short(gains.K_1)} m/N is an equality, so with positive gains both hold by construction.`;
@@ -22,10 +22,10 @@ function stability() {
 
 /* A table of groups of columns; `first` is a column of its own before them. */
 function grouped(groups, columns, rows, first) {
-  const extra = first ? `<th class="wrap" rowspan="2">${first}</th>` : "";
-  const heads = groups.map((text) => `<th class="middle" colspan="${columns.length}">${text}</th>`).join("");
-  const names = groups.flatMap(() => columns.map((text) => `<th>${text}</th>`)).join("");
-  return `<table class="data dense"><tr><th class="left" rowspan="2">run</th>${extra}${heads}</tr><tr>${names}</tr>${rows.join("")}</table>`;
+  const extra = first ? html`<th class="wrap" rowspan="2">${first}</th>` : "";
+  const heads = groups.map((text) => html`<th class="middle" colspan="${columns.length}">${text}</th>`);
+  const names = groups.flatMap(() => columns.map((text) => html`<th>${text}</th>`));
+  return html`<table class="data dense"><tr><th class="left" rowspan="2">run</th>${extra}${heads}</tr><tr>${names}</tr>${rows}</table>`;
 }
 
 function stabilityPlots(run) {

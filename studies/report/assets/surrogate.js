@@ -23,7 +23,7 @@ function surrogate() {
   const number = (value, digits) => (value === null ? "–" : value.toFixed(digits));
   const cell = (e) => `${number(e.current[0], 3)} A, ${number(e.efficiency[0] === null ? null : 100 * e.efficiency[0], 2)} %`;
   const body = s.runs.map((r) => row([r.trajectory, r.sensors, r.model, (1000 * r.tip).toFixed(3), number(r.current, 3), ...r.predicted.map(cell)], 3));
-  element("surrogate-table").innerHTML = table(["trajectory", "load cells and rod encoders", "controller reckons with", "tip, mm", "required less true current, A", "physics predicts", "hybrid", "network"], body, 3);
+  show("surrogate-table", table(["trajectory", "load cells and rod encoders", "controller reckons with", "tip, mm", "required less true current, A", "physics predicts", "hybrid", "network"], body, 3));
   choose("surrogate-run", s.runs, (r) => `${r.trajectory}, ${r.sensors} load cells, ${r.model}`, surrogateRun);
 }
 

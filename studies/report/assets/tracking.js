@@ -13,11 +13,11 @@ function cards() {
   if (other) cards.push([`${mm(other.rmse, 3)} mm`, `largest adaptive RMSE of the other robustness studies: ${other.case}, ${other.trajectory}`]);
   const bonds = Math.max(...data.runs.map((r) => sum(r.bonds, (b) => Math.abs(b.energy)) / sum(r.bonds, (b) => b.turnover)));
   cards.push([`${(100 * bonds).toPrecision(2)} %`, "energy lost or created by the coupling, of the energy that its power bonds pass (worst run shown)"]);
-  element("cards").innerHTML = cards.map(([big, small]) => `<div class="card"><b>${big}</b><span>${escape(small)}</span></div>`).join("");
+  show("cards", cards.map(([big, small]) => html`<div class="card"><b>${big}</b><span>${small}</span></div>`));
   element("settling").textContent = settling();
   if (data.failures.length) {
     element("failures").hidden = false;
-    element("failures").innerHTML = "<b>Runs that failed:</b><br>" + data.failures.map(escape).join("<br>");
+    show("failures", html`<b>Runs that failed:</b><br>`, separated(html`<br>`, data.failures));
   }
 }
 
@@ -87,9 +87,7 @@ function pathPlot(parent, trajectory, gain) {
 function tracking() {
   const parent = element("tracking-plots");
   for (const trajectory of TRAJECTORIES) {
-    const block = document.createElement("div");
-    block.innerHTML = `<h3>${capital(trajectory)} trajectory</h3>${trackingTable(trajectory)}<div class="grid"></div><div class="grid"></div>`;
-    parent.append(block);
+    const block = added("tracking-plots", html`<h3>${capital(trajectory)} trajectory</h3>${trackingTable(trajectory)}<div class="grid"></div><div class="grid"></div>`);
     const [paths, errors] = block.querySelectorAll(".grid");
     pathPlot(paths, trajectory, Number(element("path-gain").value));
     const lines = controllerLines(trajectory, "controller.tip_error_norm", 1000);
@@ -112,5 +110,5 @@ function trackingTable(trajectory) {
   const rows = MODES.map((mode) => findRun(trajectory, mode)).filter(Boolean).map((run) =>
     row([MODE_NAMES[run.mode], mm(run.rmse), mm(run.max), mm(run.whole_rmse), mm(run.whole_max), run.mode === "adaptive" ? mm(paper, 1) : "–"]));
   const head = ["controller", "RMSE, mm", "max, mm", "RMSE with settling, mm", "max with settling, mm", "paper, RMSE, mm"];
-  return `<div class="scroll">${table(head, rows)}</div>`;
+  return html`<div class="scroll">${table(head, rows)}</div>`;
 }

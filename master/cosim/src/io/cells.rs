@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 /// A text as a cell, quoted if necessary: names of array elements contain commas, `a[1,2]`.
-pub(crate) fn cell(text: &str) -> Cow<'_, str> {
+pub fn cell(text: &str) -> Cow<'_, str> {
     match text.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")).into(),
         false => text.into(),

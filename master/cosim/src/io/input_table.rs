@@ -23,7 +23,7 @@ use fmi_import::digits::short;
 /// Values over time as a user gives them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// Times of the rows, s, increasing.
+    /// Times of the rows, s, increasing; two rows of one time are a jump.
     pub times: Vec<f64>,
     /// Columns.
     pub columns: Vec<Column>,
@@ -72,6 +72,13 @@ impl Table {
             "row 1: columns are separated by `;`; they must be separated by commas"
         );
         let names = cells(header);
+        if let Some(unnamed) = names.iter().position(String::is_empty) {
+            bail!(
+                "row 1: column {} has no name{}",
+                unnamed + 1,
+                trailing(&names)
+            );
+        }
         ensure!(
             names[0] == "time",
             "row 1: the first column is `{}`; it must be `time`",
@@ -113,9 +120,10 @@ impl Table {
             let cells = cells(line);
             ensure!(
                 cells.len() == names.len(),
-                "row {row} has {} columns; it must have {}",
+                "row {row} has {} columns; it must have {}{}",
                 cells.len(),
-                names.len()
+                names.len(),
+                trailing(&cells)
             );
             let (text, place) = (&cells[0], || format!("row {row}"));
             let time = text.parse().ok().filter(|t: &f64| t.is_finite());
@@ -153,6 +161,14 @@ fn by_element(
     chosen.iter().flat_map(each).collect()
 }
 
+/// A hint for a row that ends in a comma, which begins one more cell.
+fn trailing(cells: &[String]) -> &'static str {
+    match cells.last().is_some_and(String::is_empty) {
+        true => ": it ends in a comma, after which one more column begins",
+        false => "",
+    }
+}
+
 /// The lines that are not empty, with their numbers.
 fn rows(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let lines = (1..).zip(text.lines());
@@ -181,14 +197,19 @@ fn parse_units(text: &str) -> Result<Vec<(String, String)>> {
     Ok(units)
 }
 
-/// Check that a time is greater than the last one.
+/// Check that a time is no earlier than the last one, and the third of no jump.
 fn check_order(times: &[f64], time: f64) -> Result<()> {
     let last = times.last().copied().unwrap_or(f64::NEG_INFINITY);
     ensure!(
-        time > last,
-        "the time {} s must be greater than the one before, {} s",
+        time >= last,
+        "the time {} s must not be less than the one before, {} s",
         short(time),
         short(last)
+    );
+    ensure!(
+        times.len() < 2 || time > times[times.len() - 2],
+        "the time {} s stands in three rows: two are a jump, from the value of the first to that of the second",
+        short(time)
     );
     Ok(())
 }
@@ -339,8 +360,8 @@ impl Target<'_> {
             return number(variable, text);
         }
         let number = match text {
-            "true" => Some(1.0),
-            "false" => Some(0.0),
+            "true" | "True" => Some(1.0),
+            "false" | "False" => Some(0.0),
             _ => text.parse().ok().filter(|x: &f64| x.is_finite()),
         };
         number.with_context(|| format!("`{text}` is not a finite number"))

@@ -80,9 +80,14 @@ fn a_table_in_memory_is_an_input() {
     assert_eq!(found[0], [-2.0, -2.0, -4.0, -18.0, -18.0]);
     for (times, columns, part) in [
         (
-            &[0.0, 0.0][..],
+            &[0.0, 0.0, 0.0][..],
+            table(&[], &[("spring.x", None, &[1.0, 2.0, 3.0])]),
+            "the time 0 s stands in three rows",
+        ),
+        (
+            &[1.0, 0.0][..],
             table(&[], &[("spring.x", None, &[1.0, 2.0])]),
-            "the time 0 s must be greater",
+            "the time 0 s must not be less than the one before, 1 s",
         ),
         (
             &[][..],
@@ -127,6 +132,22 @@ fn a_table_in_memory_is_an_input() {
         let error = record(&system, &experiment(&system, Some(table)), &[]).unwrap_err();
         assert!(format!("{error:#}").contains(part), "{error:#}");
     }
+}
+
+/// Two rows of one time are a jump: the line before ends in the first value, at the time itself the
+/// second one counts; the first and the last row may jump too.
+#[test]
+fn two_rows_of_one_time_are_a_jump() {
+    let system = spring("jump");
+    let rows = table(
+        &[0.0, 0.0, 0.5, 0.5, 1.0, 2.0, 2.0],
+        &[("spring.x", None, &[9.0, 1.0, 2.0, -1.0, 0.0, 4.0, 7.0])],
+    );
+    // Points 0, 0.25, 0.5 ... 1 s and those after; F = -2 x.
+    let found = record(&system, &experiment(&system, Some(rows)), &["spring.F"]).unwrap();
+    let expected = [1.0, 1.5, -1.0, -0.5, 0.0, 1.0, 2.0, 3.0, 7.0].map(|x: f64| -2.0 * x);
+    let points = found[0].len();
+    assert_eq!(found[0], expected[..points]);
 }
 
 /// The motion that one run wrote, with its units, moves the spring of another one: the same force,
@@ -242,6 +263,8 @@ fn values_are_numbers_that_their_variables_can_take() {
         ("x", "2.5", Ok(2.5)),
         ("x", "2.6", Err("`2.6` is not a number of at most 2.5")),
         ("on", "true", Ok(1.0)),
+        ("on", "True", Ok(1.0)),
+        ("on", "False", Ok(0.0)),
         ("on", "0", Ok(0.0)),
         ("on", "1.0", Ok(1.0)),
         ("on", "yes", Err("`yes` is not true (1) or false (0)")),

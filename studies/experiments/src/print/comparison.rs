@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 use std::io;
 
+use cosim::io::cells::cell;
 use serde_json::{Value, json};
 
 use super::output::put_verdict;
@@ -82,7 +83,7 @@ pub fn write_csv(cells: &[TrackingCell], out: &mut impl io::Write) -> io::Result
         errors.join(",")
     )?;
     for c in cells {
-        write!(out, "{},{},{}", c.trajectory, c.law, c.case)?;
+        write!(out, "{},{},{}", c.trajectory, cell(&c.law), cell(&c.case))?;
         match &c.result {
             Ok(t) => {
                 for e in [t.known, t.joints, t.plant] {

@@ -2,6 +2,7 @@
 
 use std::io;
 
+use cosim::io::cells::cell as quoted;
 use serde_json::{Value, json};
 
 use crate::measures::energy::{Balance, Energies};
@@ -47,14 +48,14 @@ const ROWS: [Quantity; 13] = [
 
 /// A row for each actuator of each case, energies in J.
 pub fn write_csv(cases: &[(String, Energies)], to: &mut impl io::Write) -> io::Result<()> {
-    let quote = |name: &str| format!("\"{name}\"");
-    let heads: Vec<_> = ROWS.iter().map(|(name, _)| quote(name)).collect();
+    let heads: Vec<_> = ROWS.iter().map(|(name, _)| quoted(name)).collect();
     writeln!(to, "trajectory,actuator,{}", heads.join(","))?;
     for (case, energies) in cases {
         for b in &energies.balances {
             let cell = |(_, get): &Quantity| get(b).map_or(String::new(), |v| v.to_string());
             let cells: Vec<_> = ROWS.iter().map(cell).collect();
-            writeln!(to, "{case},{},{}", b.actuator, cells.join(","))?;
+            let (case, actuator) = (quoted(case), quoted(&b.actuator));
+            writeln!(to, "{case},{actuator},{}", cells.join(","))?;
         }
     }
     Ok(())

@@ -2,6 +2,8 @@
 
 use std::io;
 
+use cosim::io::cells::cell;
+
 use crate::analyses::sizing::Sizing;
 
 /// A table with a column for each axis, then the sensitivity to the payload.
@@ -46,11 +48,8 @@ pub fn write_csv(cases: &[(String, Sizing)], to: &mut impl io::Write) -> io::Res
         for axis in &sizing.axes {
             for (name, unit, value, rating) in axis.rows() {
                 let rating = rating.map_or(String::new(), |r| r.to_string());
-                writeln!(
-                    to,
-                    "{case},{},\"{name}\",{unit},{value},{rating}",
-                    axis.actuator
-                )?;
+                let (case, actuator, name) = (cell(case), cell(&axis.actuator), cell(name));
+                writeln!(to, "{case},{actuator},{name},{unit},{value},{rating}")?;
             }
         }
         for s in &sizing.payload {

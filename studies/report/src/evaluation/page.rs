@@ -1,4 +1,5 @@
-//! Joins template, style, scripts and data into one page, which `Report::write` writes.
+//! Joins template, style, scripts and data into one page, which `Report::write` writes. The page
+//! runs only these scripts, and loads nothing.
 
 use anyhow::{Context, Result};
 use serde::Serialize;
@@ -47,7 +48,7 @@ pub fn html(data: &impl Serialize) -> Result<String> {
         rest = after;
     }
     page.push_str(rest);
-    Ok(page)
+    page_files::with_policy(&page).context("the template declares no encoding")
 }
 
 #[cfg(test)]

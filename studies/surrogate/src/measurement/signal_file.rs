@@ -40,9 +40,9 @@ impl SignalFile {
     }
 
     fn parse(text: &str, units: &str) -> Result<Self> {
-        let mut lines = text.lines();
-        let header = lines.next().unwrap_or("").split(',');
-        let names: Vec<String> = header.map(String::from).collect();
+        let mut lines = records(text);
+        let names = lines.next().unwrap_or_default();
+        ensure!(!names.is_empty(), "it is empty");
         let is_wrong = names[0] != "time" || names.len() == 1;
         ensure!(
             !(is_wrong && names[0].contains(';')),
@@ -52,17 +52,21 @@ impl SignalFile {
             !is_wrong,
             "its first line must be time and the names of signals, separated by commas"
         );
-        let units: BTreeMap<&str, &str> = units.lines().filter_map(|l| l.split_once(',')).collect();
-        let unit = |name: &String| (*units.get(name.as_str()).unwrap_or(&"?")).to_string();
+        let pairs = records(units).filter_map(|cells| <[String; 2]>::try_from(cells).ok());
+        let units: BTreeMap<String, String> = pairs.map(|[name, unit]| (name, unit)).collect();
+        let unit = |name: &String| units.get(name).map_or("?", String::as_str).to_string();
         let mut columns = vec![Vec::new(); names.len()];
         for (row, line) in (2..).zip(lines) {
-            let values: Result<Vec<f64>, _> = line.split(',').map(number).collect();
+            let values: Result<Vec<f64>, _> = line.iter().map(|cell| number(cell)).collect();
             match values {
                 Ok(values) if values.len() == names.len() => {
                     let pairs = columns.iter_mut().zip(values);
                     pairs.for_each(|(column, value)| column.push(value));
                 }
-                _ => bail!("line {row}: `{line}` must be {} numbers", names.len()),
+                _ => {
+                    let line = line.join(",");
+                    bail!("line {row}: `{line}` must be {} numbers", names.len())
+                }
             }
         }
         let units = names.iter().map(unit).collect();
@@ -85,6 +89,16 @@ impl SignalFile {
     }
 }
 
+/// The cells of each line; quotes are removed, since names may contain commas, `a[1,2]`.
+fn records(text: &str) -> impl Iterator<Item = Vec<String>> {
+    let mut reader = csv::ReaderBuilder::new();
+    let reader = reader.has_headers(false).flexible(true);
+    let records = reader.from_reader(text.as_bytes()).into_records();
+    // The text is UTF-8 and lines may have any length, so that nothing is left that can fail.
+    let records = records.map_while(Result::ok);
+    records.map(|record| record.iter().map(String::from).collect())
+}
+
 /// A number, or a truth value as 1 or 0.
 fn number(cell: &str) -> Result<f64, ParseFloatError> {
     match cell {
@@ -105,6 +119,8 @@ mod tests {
     fn columns_get_their_units_and_rows_are_whole() {
         let file = SignalFile::parse(TEXT, UNITS).unwrap();
         assert_eq!(file.units, ["s", "m", "N", "?"]);
+        let quoted = SignalFile::parse("time,\"a.M[1,2]\"\n0,7\n", "\"a.M[1,2]\",N\n").unwrap();
+        assert_eq!((&*quoted.names[1], &*quoted.units[1]), ("a.M[1,2]", "N"));
         let switched = SignalFile::parse("time,a.on\n0,false\n1,true\n", "").unwrap();
         assert_eq!(switched.columns[1], [0.0, 1.0]);
         assert_eq!(file.columns[3], [3.0, 6.0]);
