@@ -205,9 +205,8 @@ impl Archive {
     /// The text of the model description.
     pub fn description_text(&mut self) -> Result<String, ArchiveError> {
         let bytes = self.file("modelDescription.xml")?;
-        Ok(crate::encoding::text(
-            &bytes.ok_or(ArchiveError::NoDescription)?,
-        )?)
+        let text = crate::encoding::text(&bytes.ok_or(ArchiveError::NoDescription)?);
+        text.map_err(|error| DescriptionError::from(error).into())
     }
 
     /// Whether it has sources, and no library for any platform.

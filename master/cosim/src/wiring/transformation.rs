@@ -85,15 +85,6 @@ impl Transformation {
         }
     }
 
-    /// Whether it, or a part of it, replaces values one by one.
-    pub fn has_map(&self) -> bool {
-        match self {
-            Self::Linear(_) => false,
-            Self::Map(_) => true,
-            Self::Chain(all) => all.iter().any(Self::has_map),
-        }
-    }
-
     /// Whether it, or a part of it, has a factor or an offset.
     pub fn has_linear(&self) -> bool {
         match self {
@@ -261,22 +252,10 @@ fn to_numbers(
     [from, to]: [Option<&Variable>; 2],
 ) -> Result<Transformation> {
     use system_structure::Transformation as Of;
-    if let (Some(from), Some(_)) = (from, to) {
-        let (element, is_right) = match (transformation, &from.kind) {
-            (Of::Linear { .. }, _) => ("", true), // checked for the whole way
-            (Of::Booleans(_), kind) => ("BooleanMappingTransformation", *kind == Kind::Boolean),
-            (Of::Integers(_), kind) => (
-                "IntegerMappingTransformation",
-                matches!(kind, Kind::Integer | Kind::Enumeration(_)),
-            ),
-            (Of::Items(_), kind) => (
-                "EnumerationMappingTransformation",
-                matches!(kind, Kind::Enumeration(_)),
-            ),
-        };
-        if !is_right {
-            bail!("its {element} is not for {}", from.kind.name());
-        }
+    if let (Some(Kind::Real), Some(_)) = (from.map(|v| &v.kind), to)
+        && !matches!(transformation, Of::Linear { .. })
+    {
+        bail!("a mapping from value to value is for integers, Booleans and items, not for Real");
     }
     let number = |on: bool| f64::from(u8::from(on));
     let whole = |k: i64| {

@@ -30,10 +30,7 @@ fn annotation(kind: &str, content: &str) -> String {
 }
 
 fn alarm(variable: &str, condition: &str) -> String {
-    format!(
-        "<Alarm variable=\"{variable}\" {condition} text=\"{condition_text}\"/>",
-        condition_text = "it is so"
-    )
+    format!("<Alarm variable=\"{variable}\" {condition} text=\"it is so\"/>")
 }
 
 fn outcome(system: &System, schedule: Schedule) -> Outcome {
@@ -218,7 +215,6 @@ fn wrong_alarms_are_refused_by_name() {
     ] {
         assert_contains(&of(&content), &parts);
     }
-    let list = "<Alarms/>";
     let structure = with_alarms("").replace("hdrm-fmu.alarms", "hdrm-fmu.alarm");
     let error = system("alarms_refused", &structure).err().unwrap();
     assert_contains(
@@ -226,7 +222,7 @@ fn wrong_alarms_are_refused_by_name() {
         &["`io.github.hdrm-fmu.alarm`", "`io.github.hdrm-fmu.alarms`"],
     );
     let empty = with_alarms("").replace("<Alarms></Alarms>", "");
-    assert!(system("alarms_refused", &empty).is_err(), "{list}");
+    assert!(system("alarms_refused", &empty).is_err());
 }
 
 /// Somebody else's FMU need not have the outputs of the one that it stands for.

@@ -303,7 +303,6 @@ fn a_snapshot_of_another_run_is_refused_by_name() {
             &table,
             "--stop-time",
             "3",
-            "--check",
             "--set",
             "spring.k=2.0",
         ],
