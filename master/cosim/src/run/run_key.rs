@@ -48,6 +48,7 @@ impl RunKey {
             path: _,
             structure,
             fmus: _,
+            alarms: _, // those of the structure
         } = system;
         key.add_structure(structure);
         key.add_start_values(system, &experiment.settings);
@@ -58,6 +59,8 @@ impl RunKey {
             settings: _, // added above
             faults,
             inputs,
+            tolerance,
+            nonfinite,
         } = experiment;
         let Stepping {
             start,
@@ -71,6 +74,12 @@ impl RunKey {
         key.add("the schedule", format!("{schedule:?}"));
         key.add("the option --between", format!("{between:?}"));
         key.add("the jitter", format!("{jitter:?}"));
+        key.add("the tolerance", format!("{tolerance:?}"));
+        let nonfinite: Vec<String> = nonfinite.iter().map(|port| system.name(*port)).collect();
+        key.add(
+            "the variables that may be not finite",
+            nonfinite.join(", "),
+        );
         let stop = stop.or(structure.stop_time);
         let stop = stop.map_or("not given".into(), |stop| format!("{stop} s"));
         key.add(STOP_TIME, stop);
@@ -125,11 +134,13 @@ impl RunKey {
             inputs,
             outputs: _,
             start_time: _, // in the experiment's stepping
+            has_start: _,
             stop_time: _,  // in the stop time
             step: _,       // in the experiment's stepping
             feedthrough,
             rates,
             solves_loops,
+            alarms: _, // they judge the numbers, and change none
             remarks: _,
             unmatched: _,
         } = structure;

@@ -53,7 +53,6 @@ impl System {
             remarks,
             ..StructureGaps::default()
         };
-        let set: HashSet<Port> = settings.iter().map(|s| s.port).collect();
         // By FMU: components that do not mention an input, and those that are only counted.
         let mut found: BTreeMap<(usize, &str), usize> = BTreeMap::new();
         let mut counted: BTreeMap<usize, (&str, usize)> = BTreeMap::new();

@@ -18,7 +18,9 @@ impl System {
                 let all = self.structure.component_names();
                 format!("{}, of none of the components {all}", on())
             })?;
-            let mut names = arrays::elements(&self.fmus[k], variable);
+            let arrays = arrays::elements(&self.fmus[k]);
+            let names = arrays.get(variable).map_or(&[][..], Vec::as_slice);
+            let mut names: Vec<String> = names.iter().map(ToString::to_string).collect();
             if names.is_empty() {
                 names.push(variable.to_string());
             }
