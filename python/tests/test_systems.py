@@ -349,22 +349,22 @@ def test_a_plant_with_names_of_its_own(tmp_path):
 
 def test_a_run_that_fails_keeps_its_rows(tmp_path):
     """The rows that `cosim` keeps too, and that a run without the failure has until then."""
-    emla = hdrm_fmu.fmus()["Emla"]
-    inputs = INPUTS.assign(**{"Emla.v_q": [0.0, 8.0, 1e300]})
-    options = {"system": emla, "step": 5e-4, "interval": 1e-3, "signals": ["Emla.v_q", "Emla.F"]}
+    manipulator, fault = hdrm_fmu.systems()["Manipulator"], "emla_1.v_q=bias:1e6@0.0205..1"
+    system, options = System(manipulator, faults=[fault]), {"interval": 2e-3, "signals": ["emla_1.v_q", "emla_1.F"]}
     with pytest.raises(RunFailed) as caught:
-        hdrm_fmu.run(inputs=inputs, stop_time=0.01, **options)
+        system.run(stop_time=0.1, **options)
     result, last = caught.value.result, caught.value.time
     assert result.attrs["verdict"] == "BAD" and str(caught.value).splitlines()[0] in result.attrs["findings"]
-    assert last == float(result["time"][-1]) == result.attrs["simulated"] and 0.003 < last < 0.01
-    until = hdrm_fmu.run(inputs=inputs, stop_time=last, **options)
-    np.testing.assert_array_equal(result["Emla.F"], until["Emla.F"])
+    assert last == float(result["time"][-1]) == result.attrs["simulated"] == 0.02
+    until = hdrm_fmu.run(system=manipulator, stop_time=last, **options)
+    np.testing.assert_array_equal(result["emla_1.F"], until["emla_1.F"])
     found = os.environ.get("COSIM", str(Path(program()).with_name("cosim")))
     out = tmp_path / "out.csv"
-    written = ("--input", as_file(tmp_path, inputs), "--signals", "Emla.v_q,Emla.F", "--csv", out, "--interval", "1e-3")
-    arguments = (found, "run", "--quiet", emla, "--step", "5e-4", "--stop-time", "0.01", *written)
+    written = ("--signals", "emla_1.v_q,emla_1.F", "--csv", out, "--interval", "2e-3", "--step", "1e-3", "--fault", fault)
+    arguments = (found, "run", "--quiet", manipulator, "--stop-time", "0.1", *written)
     assert subprocess.run([str(a) for a in arguments], capture_output=True).returncode == 1
-    np.testing.assert_array_equal(pandas.read_csv(out, float_precision="round_trip")["Emla.F"], result["Emla.F"])
+    np.testing.assert_array_equal(pandas.read_csv(out)["emla_1.F"], result["emla_1.F"])
+    emla = hdrm_fmu.fmus()["Emla"]
     with pytest.raises(RunFailed) as caught:
         hdrm_fmu.run(system=emla, settings={"machine_file": "nowhere.json"}, stop_time=0.01)
     assert caught.value.result is None and caught.value.time is None

@@ -255,8 +255,7 @@ pub fn library_among<'a>(
         expected: format!("library for {}", platform.folder),
         has: format!("FMI {} has no folder for it", description.fmi),
     })?;
-    let (binaries, others): (Vec<&str>, Vec<&str>) =
-        names.partition(|n| n.starts_with("binaries/"));
+    let (binaries, others): (Vec<_>, Vec<_>) = names.partition(|n| n.starts_with("binaries/"));
     if binaries.contains(&expected.as_str()) {
         return Ok((expected, None));
     }

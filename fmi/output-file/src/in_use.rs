@@ -7,8 +7,7 @@ use std::io::{self, Error};
 use std::path::{Path, PathBuf, absolute};
 use std::sync::{Mutex, PoisonError};
 
-use crate::named;
-use crate::place::{Place, folder_of};
+use crate::place::{Place, folder_of, named};
 
 /// Absolute paths in use, and whether they are to be written.
 static IN_USE: Mutex<BTreeMap<PathBuf, bool>> = Mutex::new(BTreeMap::new());

@@ -20,7 +20,7 @@ pub use in_use::{claim, note_read};
 pub use place::set_stdout;
 pub use temporary::TemporaryFolder;
 
-use place::Place;
+use place::{Place, named};
 
 /// A file that is being written. If it is dropped before [`OutputFile::commit`], a regular file
 /// stays as it was.
@@ -120,10 +120,4 @@ pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> io::Result<()> {
     let mut file = OutputFile::create(path)?;
     file.write_all(bytes.as_ref())?;
     file.commit()
-}
-
-/// An error that names the path; its kind is kept, so that a reader that has gone is told apart.
-fn named(path: &Path, error: &io::Error) -> io::Error {
-    let text = format!("`{}` cannot be written: {error}", path.display());
-    io::Error::new(error.kind(), text)
 }

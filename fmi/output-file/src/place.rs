@@ -86,3 +86,9 @@ fn open_descriptor(path: &Path, number: &str) -> io::Result<File> {
     let _ = number;
     OpenOptions::new().append(true).open(path)
 }
+
+/// An error that names the path; its kind is kept, so that a reader that has gone is told apart.
+pub fn named(path: &Path, error: &io::Error) -> io::Error {
+    let text = format!("`{}` cannot be written: {error}", path.display());
+    io::Error::new(error.kind(), text)
+}

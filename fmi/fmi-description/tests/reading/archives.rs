@@ -170,7 +170,7 @@ fn a_single_library_of_another_name_is_taken() {
         "{none}"
     );
     let sources = library(&[xml, "sources/all.c"]).unwrap_err();
-    assert!(sources.ends_with("it has no binaries"), "{sources}");
+    assert!(sources.ends_with("it has C sources only"), "{sources}");
 }
 
 #[test]

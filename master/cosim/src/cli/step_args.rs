@@ -83,6 +83,9 @@ impl StepArgs {
             output_file::claim(Path::new(file))?;
             snapshots.push((time, PathBuf::from(file)));
         }
+        if let Some(file) = &self.resume {
+            output_file::note_read(file)?;
+        }
         let mut plan = Plan {
             stop,
             control: self.control()?,

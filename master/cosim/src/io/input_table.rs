@@ -253,9 +253,8 @@ impl InputTable {
             );
             for (t, value) in table.times.iter().zip(&column.values) {
                 let checked = target.check(*value);
-                checked.map_err(|unfit| {
-                    anyhow!("column `{}`: at {} s {unfit}", column.name, short(*t))
-                })?;
+                let (name, t) = (&column.name, short(*t));
+                checked.map_err(|unfit| anyhow!("column `{name}`: at {t} s {unfit}"))?;
             }
         }
         let (mut columns, mut inputs) = (Vec::new(), Vec::new());

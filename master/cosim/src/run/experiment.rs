@@ -45,6 +45,8 @@ impl Experiment {
     pub fn start_until(&self, system: &System, stop: Option<f64>) -> Result<Master> {
         messages::take();
         let (settings, stepping, threads) = (&self.settings, self.stepping, self.threads);
+        // One that is no stop time is refused by name when the run begins.
+        let stop = stop.filter(|stop| *stop > stepping.start);
         let told = FmiExperiment {
             start: stepping.start,
             has_stop: stop.is_some(),

@@ -174,7 +174,7 @@ fn matching_access(
 
 /// The names and patterns in lists that are separated by commas. A name may contain commas: the
 /// longest name that is known counts, else the shortest pattern that matches something.
-pub(crate) fn split_lists(system: &System, lists: &[String]) -> Vec<String> {
+pub fn split_lists(system: &System, lists: &[String]) -> Vec<String> {
     let matches = |pattern: &str| {
         let mut all = system.all_ports();
         all.any(|port| matches_pattern(pattern, &system.name(port)))

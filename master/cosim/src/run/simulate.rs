@@ -82,8 +82,7 @@ pub fn run_plan(
         steps,
     };
     if let Some(file) = &plan.resume {
-        let bytes = output_file::note_read(file).and_then(|()| fs::read(file));
-        let resumed = (bytes.map_err(Into::into)).and_then(|bytes| state.resume(&bytes));
+        let resumed = (fs::read(file).map_err(Into::into)).and_then(|bytes| state.resume(&bytes));
         resumed.with_context(|| format!("`{}`", file.display()))?;
     }
     let start = state.master.time();

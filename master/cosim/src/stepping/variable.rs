@@ -62,10 +62,8 @@ impl VariableSteps {
             short(start)
         );
         if let Some(delay) = master.exchange().faults.as_ref().and_then(|f| f.delay()) {
-            bail!(
-                "a delay of {} s needs communication steps of one length",
-                short(delay)
-            );
+            let delay = short(delay);
+            bail!("a delay of {delay} s needs communication steps of one length");
         }
         let (tolerance, limits) = match *control {
             StepControl::Fixed | StepControl::Repeated => {
@@ -262,9 +260,10 @@ impl VariableSteps {
             // Shorter in any case.
             end = (t + 0.9 * (end - t)).min(t + self.controller.state.next);
         }
+        let at = At::Time(t);
         match on_grid {
-            true => bail!("{} a component stopped within the step, however short", At::Time(t)),
-            false => bail!("{} communication steps failed, however short", At::Time(t)),
+            true => bail!("{at} a component stopped within the step, however short"),
+            false => bail!("{at} communication steps failed, however short"),
         }
     }
 

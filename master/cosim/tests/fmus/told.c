@@ -1,6 +1,7 @@
 /* An FMU of FMI 2.0, with -DFMI3 of FMI 3.0, that shows what it is told. Its Real variables: 0 start, 1 stop and 2 tolerance of the run (-1: not
    defined), 3 loggingOn, 4 number of steps, 5 length of the last step, 6 where it ended; from 8 on they keep what they are set to. It refuses a
-   step beyond the stop time, and logs each step, with the status OK. With -DREFUSED no instance can be made; why is said only with loggingOn. */
+   step beyond the stop time, and logs each step, with the status OK. With -DSILENT it does not. With
+   -DREFUSED no instance can be made; why is said only with loggingOn. */
 #include <stdbool.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -49,7 +50,9 @@ static int step(told *c, double t, double h) {
     c->r[4] += 1;
     c->r[5] = h;
     c->r[6] = t + h;
+#ifndef SILENT
     say(c, 0, "a step is made");
+#endif
     return 0;
 }
 static int get(told *c, const unsigned *vr, size_t n, double *x) {

@@ -162,42 +162,56 @@ fn a_structure_without_a_start_has_that_of_its_fmus() {
 #[test]
 fn tiny_steps_are_taken_only_where_they_must() {
     let tiny = r#"stopTime="0.01" stepSize="1e-8""#;
-    let steps = |version: u32, flags: &str, experiment: &str, more: &[&str]| {
-        let test = format!("tiny-{version}-{}", flags.len());
-        let file = fmu(
-            &test,
-            "X",
+    let file = |version: u32, name: &str, flags: &str, experiment: &str| {
+        let parts = [flags, experiment, &outputs(version)];
+        fmu(
+            "tiny",
+            &format!("{name}{version}"),
             version,
-            [flags, experiment, &outputs(version)],
-            &[],
-        );
-        let (rows, text) = lines(&test, &[&[&*file], more].concat());
-        (last(&rows)[4], text)
+            parts,
+            &["-DSILENT"],
+        )
+    };
+    let chosen = |files: &[&str], span: f64| {
+        let files: Vec<_> = files.iter().map(Into::into).collect();
+        let system = System::from_fmus(&files, &[]).unwrap();
+        let chosen = system.default_step(span).unwrap();
+        ((chosen.step * 1e8).round(), chosen.text)
     };
     for version in [2, 3] {
-        let (made, text) = steps(version, VARIES, tiny, &[]);
-        assert_eq!(made, 1e5);
+        let varies = file(version, "V", VARIES, tiny);
+        let (step, text) = chosen(&[&varies], 0.01);
+        assert_eq!(step, 10.0);
         assert_contains(
             &text,
-            &["10 times the 1e-8 s that `X` asks for: 100000 steps"],
+            &[
+                "10 times the 1e-8 s that `V",
+                "100000 steps instead of 1000000",
+            ],
         );
-        // It is said before the run, and in the verdict.
-        assert_eq!(text.matches("10 times").count(), 2, "{text}");
-        let (made, text) = steps(version, "", r#"stopTime="2e-3" stepSize="1e-8""#, &[]);
-        assert_eq!(made, 2e5);
-        assert_contains(
-            &text,
-            &["as `X` asks, which cannot vary its step: 200000 steps"],
-        );
-        assert_eq!(steps(version, VARIES, tiny, &["--step", "1e-4"]).0, 100.0);
+        assert_eq!(chosen(&[&varies], 1e-3).0, 1.0);
+        let cannot = file(version, "C", "", r#"stepSize="3e-8""#);
+        let (step, text) = chosen(&[&cannot], 0.03);
+        assert_eq!(step, 3.0);
+        assert_contains(&text, &["asks, which cannot vary its step: 1000000 steps"]);
+        // Together the one that cannot vary its step decides, unless the other is slower still.
+        assert_eq!(chosen(&[&varies, &cannot], 0.01).0, 3.0);
+        assert_eq!(chosen(&[&varies, &cannot], 0.002).0, 2.0);
         // Not tiny, though there are many.
-        let many = r#"stopTime="150" stepSize="1e-3""#;
-        assert_eq!(steps(version, VARIES, many, &[]).0, 1.5e5);
+        let many = file(version, "M", VARIES, r#"stopTime="150" stepSize="1e-3""#);
+        assert_eq!(chosen(&[&many], 150.0).0, 1e5);
     }
     let fixed = format!(r#"{VARIES} fixedInternalStepSize="1e-8""#);
-    let (made, text) = steps(3, &fixed, r#"stopTime="2e-3" stepSize="1e-8""#, &[]);
-    assert_eq!(made, 2e5);
-    assert_contains(&text, &["whose internal step is fixed"]);
+    let (step, text) = chosen(&[&file(3, "F", &fixed, tiny)], 0.01);
+    assert_eq!(step, 1.0);
+    assert_contains(&text, &["whose internal step is fixed: 1000000 steps"]);
+    let varies = file(2, "V", VARIES, tiny);
+    let (rows, text) = lines("tiny", &[&varies, "--interval", "1e-3"]);
+    assert_eq!((rows.len(), last(&rows)[4]), (12, 1e5));
+    // It is said before the run, and in the verdict.
+    assert_eq!(text.matches("10 times").count(), 2, "{text}");
+    let (rows, text) = lines("tiny", &[&varies, "--step", "1e-4"]);
+    assert!(last(&rows)[4] == 100.0 && !text.contains("times"), "{text}");
 }
 
 /// Names that other tools give.
