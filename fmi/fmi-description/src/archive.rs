@@ -89,7 +89,7 @@ impl Archive {
     /// Opens an archive.
     ///
     /// # Errors
-    /// It is no ZIP archive, or it does not begin with its first byte; it contains an unsafe path, a
+    /// It is no ZIP archive or does not begin with its first byte; it contains an unsafe path, a
     /// link, or a file twice; files overlap; it is too large once unpacked.
     pub fn open(bytes: Vec<u8>) -> Result<Self, ArchiveError> {
         let packed = bytes.len() as u64;

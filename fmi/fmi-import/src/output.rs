@@ -48,9 +48,10 @@ pub fn end(code: u8) -> ExitCode {
 #[cfg(all(unix, feature = "native"))]
 mod own {
     use std::fs::File;
-    use std::io::{self, PipeReader, PipeWriter, Read, Write};
+    use std::io::{self, PipeReader, Read, Write};
+    use std::mem::{replace, take};
     use std::os::fd::{AsRawFd, FromRawFd};
-    use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+    use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError, mpsc};
     use std::thread;
 
     use crate::under_way;
@@ -61,27 +62,22 @@ mod own {
 
     /// The standard output that the program was started with.
     static OWN: OnceLock<File> = OnceLock::new();
-    /// What passes on what is printed while no output is captured, and where it is printed to.
-    static PRINTED: OnceLock<(Arc<Mutex<Relay>>, PipeWriter)> = OnceLock::new();
+    static RELAY: OnceLock<Mutex<Relay>> = OnceLock::new();
     /// Held while the output of a call is captured.
     static CAPTURING: Mutex<()> = Mutex::new(());
 
+    /// Passes on to standard error what is printed.
+    struct Relay {
+        reader: PipeReader,
+        /// What each line begins with.
+        prefix: String,
+        is_in_line: bool,
+        /// How many more bytes are passed on.
+        left: usize,
+    }
+
     pub fn stdout() -> Option<&'static File> {
         OWN.get()
-    }
-
-    /// Writes what the C library has buffered.
-    fn flush() {
-        // SAFETY: NULL means all streams.
-        unsafe { libc::fflush(std::ptr::null_mut()) };
-    }
-
-    fn copy(from: &impl AsRawFd) -> io::Result<()> {
-        // SAFETY: plain numbers.
-        match unsafe { libc::dup2(from.as_raw_fd(), libc::STDOUT_FILENO) } {
-            -1 => Err(io::Error::last_os_error()),
-            _ => Ok(()),
-        }
     }
 
     /// Redirects to standard error all that is printed to standard output other than by
@@ -93,83 +89,40 @@ mod own {
         if OWN.get().is_some() {
             return Ok(());
         }
+        let (reader, writer) = io::pipe()?;
         // SAFETY: plain numbers.
         let own = unsafe { libc::fcntl(libc::STDOUT_FILENO, libc::F_DUPFD_CLOEXEC, 3) };
-        if own == -1 {
+        // SAFETY: plain numbers.
+        if own == -1 || unsafe { libc::dup2(writer.as_raw_fd(), libc::STDOUT_FILENO) } == -1 {
             return Err(io::Error::last_os_error());
         }
         // SAFETY: a new descriptor, which nobody else closes.
         let own = unsafe { File::from_raw_fd(own) };
         output_file::set_stdout(own.try_clone()?);
         let _ = OWN.set(own);
-        let _ = PRINTED.set(start(String::new())?);
-        under_way::own_program(drain);
-        under_way::remember(); // The streams as they are now, not as while a call is captured.
-        Ok(())
-    }
-
-    /// Calls a function that may print. If outputs are separate, its lines are printed with the
-    /// name `who`.
-    pub fn named<T>(who: &str, call: impl FnOnce() -> T) -> T {
-        let (Some((_, usual)), Ok(_guard)) = (PRINTED.get(), CAPTURING.lock()) else {
-            return call();
-        };
-        drain();
-        let Ok((relay, writer)) = start(format!("{who} prints: ")) else {
-            return call();
-        };
-        drop(writer);
-        let result = call();
-        flush();
-        // If this fails, the library has closed what it had no right to.
-        let _ = copy(usual);
-        let mut relay = lock(&relay);
-        relay.pass();
-        if std::mem::take(&mut relay.is_in_line) {
-            eprintln!();
-        }
-        result
-    }
-
-    /// Passes on what was printed up to now.
-    pub(super) fn drain() {
-        if let Some((relay, _)) = PRINTED.get() {
-            flush();
-            lock(relay).pass();
-        }
-    }
-
-    /// Passes on to standard error what is printed. Its thread ends once nobody has the other end of
-    /// the pipe any more: processes that an FMU has started may keep it.
-    struct Relay {
-        reader: PipeReader,
-        /// What each line begins with.
-        prefix: String,
-        is_in_line: bool,
-        left: usize,
-    }
-
-    /// From now on standard output is passed on with this prefix to each line.
-    fn start(prefix: String) -> io::Result<(Arc<Mutex<Relay>>, PipeWriter)> {
-        let (reader, writer) = io::pipe()?;
-        copy(&writer)?;
-        let descriptor = reader.as_raw_fd();
-        let relay = Arc::new(Mutex::new(Relay {
+        let pipe = reader.as_raw_fd();
+        let _ = RELAY.set(Mutex::new(Relay {
             reader,
-            prefix,
+            prefix: String::new(),
             is_in_line: false,
             left: MAX_PRINTED,
         }));
-        let own = relay.clone();
-        let run = move || {
-            while is_ready(descriptor, -1) && lock(&own).pass() {}
-        };
-        thread::Builder::new().spawn(run)?;
-        Ok((relay, writer))
+        // The thread must have begun before a library is loaded: the C library begins no thread while
+        // it loads one, which may print more than the pipe can hold.
+        let (begun, has_begun) = mpsc::channel();
+        thread::Builder::new().spawn(move || {
+            let _ = begun.send(());
+            while is_ready(pipe, -1) && relay().is_some_and(|mut relay| relay.pass()) {}
+        })?;
+        let _ = has_begun.recv();
+        under_way::own_program(drain);
+        under_way::remember();
+        Ok(())
     }
 
-    fn lock(relay: &Mutex<Relay>) -> MutexGuard<'_, Relay> {
-        relay.lock().unwrap_or_else(PoisonError::into_inner)
+    fn relay() -> Option<MutexGuard<'static, Relay>> {
+        let relay = RELAY.get()?.lock();
+        Some(relay.unwrap_or_else(PoisonError::into_inner))
     }
 
     /// Whether a pipe can be read within `wait`, ms; -1 waits until it can.
@@ -182,6 +135,38 @@ mod own {
         };
         // SAFETY: one descriptor, which stays open.
         unsafe { libc::poll(&mut pipe, 1, wait) != 0 }
+    }
+
+    /// Passes on what was printed up to now, also what the C library has buffered.
+    pub(super) fn drain() {
+        begin("", None);
+    }
+
+    /// The same; from then on each line has the prefix, and up to `left` more bytes are passed on.
+    /// Returns how many were left before.
+    fn begin(prefix: &str, left: Option<usize>) -> usize {
+        // SAFETY: NULL means all streams.
+        unsafe { libc::fflush(std::ptr::null_mut()) };
+        let Some(mut relay) = relay() else { return 0 };
+        relay.pass();
+        if take(&mut relay.is_in_line) {
+            eprintln!();
+        }
+        relay.prefix = prefix.to_string();
+        let next = left.unwrap_or(relay.left);
+        replace(&mut relay.left, next)
+    }
+
+    /// Calls a function that may print. If outputs are separate, its lines are printed with the
+    /// name `who`.
+    pub fn named<T>(who: &str, call: impl FnOnce() -> T) -> T {
+        let (Some(_), Ok(_guard)) = (RELAY.get(), CAPTURING.lock()) else {
+            return call();
+        };
+        let left = begin(&format!("{who} prints: "), Some(MAX_PRINTED));
+        let result = call();
+        begin("", Some(left));
+        result
     }
 
     impl Relay {

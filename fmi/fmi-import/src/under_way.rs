@@ -87,6 +87,7 @@ impl Slot {
             to.store(control, Relaxed);
         }
         slot.at(f64::NAN, 0.0);
+        slot.function.store(ptr::null_mut(), Relaxed);
         #[cfg(feature = "native")]
         ending::watch();
         #[cfg(all(unix, feature = "native"))]
@@ -99,7 +100,6 @@ impl Slot {
     /// dropped.
     #[inline]
     pub fn call(&'static self, who: &CStr) -> Call {
-        self.function.store(ptr::null_mut(), Relaxed);
         self.who.store(who.as_ptr().cast_mut(), Relaxed);
         Call(self)
     }
@@ -116,19 +116,24 @@ impl Slot {
     pub fn at(&self, time: f64, length: f64) {
         self.time.store(time.to_bits(), Relaxed);
         self.length.store(length.to_bits(), Relaxed);
-        let steps = self.steps.load(Relaxed);
-        self.steps.store(steps.wrapping_add(1), Relaxed);
+        let steps = self.steps.load(Relaxed).wrapping_add(1);
+        self.steps.store(steps, Relaxed);
+        if steps.is_multiple_of(STEPS) {
+            self.is_due.store(true, Relaxed);
+        }
     }
 
     /// Puts back what a call has changed, and logs it in the name of who was called.
     #[cold]
-    fn look(&self, about: Option<&About>) {
+    fn look(&self) {
         let who = self.who.load(Relaxed);
+        self.is_due.store(false, Relaxed);
         if who.is_null() {
             return; // A call in this call was looked at.
         }
-        // SAFETY: a C string as long as the call is under way.
-        let who = unsafe { CStr::from_ptr(who) }.to_string_lossy();
+        // SAFETY: a C string, and what was noted in this call, as long as it is under way.
+        let (who, about) = unsafe { (CStr::from_ptr(who), self.function.load(Relaxed).as_ref()) };
+        let who = who.to_string_lossy();
         let say = |text: String| messages::add(&who, WARNING, &(text + "; it was put back"));
         let name = about.map_or("a call", |about| about.name);
         let own = self.control.each_ref().map(|control| control.load(Relaxed));
@@ -142,8 +147,12 @@ impl Slot {
 #[inline]
 fn note(about: &About) {
     // SAFETY: it points to one of the statics.
-    let function = unsafe { &(*OWN.get()).function };
-    function.store(ptr::from_ref(about).cast_mut(), Relaxed);
+    let slot = unsafe { &*OWN.get() };
+    slot.function
+        .store(ptr::from_ref(about).cast_mut(), Relaxed);
+    if about.is_rare {
+        slot.is_due.store(true, Relaxed);
+    }
 }
 
 /// A call that is under way.
@@ -153,13 +162,9 @@ impl Drop for Call {
     #[inline]
     fn drop(&mut self) {
         let slot = self.0;
-        // SAFETY: NULL, or what was noted in this call, which lives as long as the library.
-        let about = unsafe { slot.function.load(Relaxed).as_ref() };
-        let is_due = about.is_some_and(|about| about.is_rare)
-            | slot.steps.load(Relaxed).is_multiple_of(STEPS)
-            | floating_point::differs(slot.control[0].load(Relaxed));
-        if is_due {
-            slot.look(about);
+        let control = slot.control[0].load(Relaxed);
+        if slot.is_due.load(Relaxed) | floating_point::differs(control) {
+            slot.look();
         }
         slot.who.store(ptr::null_mut(), Relaxed);
     }
@@ -198,8 +203,11 @@ struct Release {
 impl Drop for Release {
     fn drop(&mut self) {
         // SAFETY: it points to one of the statics.
-        unsafe { &*OWN.replace(&raw const SPARE) }
-            .thread
-            .store(0, Relaxed);
+        let slot = unsafe { &*OWN.get() };
+        // `exit` ends threads too: a call is then under way, and is yet to be told.
+        if slot.who.load(Relaxed).is_null() {
+            OWN.set(&raw const SPARE);
+            slot.thread.store(0, Relaxed);
+        }
     }
 }

@@ -317,6 +317,34 @@ mod tests {
         );
     }
 
+    /// Files that each name the next one ten times.
+    #[test]
+    fn a_system_that_multiplies_itself_is_refused() {
+        let file_of = |next: u32| {
+            let kind = r#"type="application/x-ssp-definition""#;
+            let one = |k| {
+                element(
+                    &format!("e{k}"),
+                    &format!(r#"source="{next}.ssd" {kind}"#),
+                    &[],
+                    "",
+                )
+            };
+            file(&system(&[], "", &(0..10).map(one).collect::<String>(), ""))
+        };
+        let error = read(&file_of(1), "s.ssd", &mut |source| {
+            let number: u32 = source.trim_end_matches(".ssd").parse()?;
+            Ok(match number {
+                12 => file(&system(&[], "", "", "")),
+                _ => file_of(number + 1),
+            })
+        });
+        let error = format!("{:#}", error.unwrap_err());
+        let expected =
+            "the system has more than 10000 elements, connectors, connections and values";
+        assert!(error.contains(expected), "{error}");
+    }
+
     #[test]
     fn wrong_connections_are_named_with_their_line() {
         let text = |links: &str| {

@@ -15,6 +15,9 @@ use super::slots::{SLOTS, Slot, thread};
 /// Exit code of a process that an FMU ended.
 pub const EXIT_CODE: u8 = 3;
 
+/// How many threads may call `exit` at a time: each meets a handler of its own, and waits in it.
+const EXITS: usize = 16;
+
 /// Functions of [`own_program`] and [`before_exit`]; NULL if there are none.
 static HOOKS: [AtomicPtr<()>; 2] = [const { AtomicPtr::new(ptr::null_mut()) }; 2];
 /// This process: those that FMUs fork may end as they like.
@@ -54,9 +57,11 @@ pub fn watch() {
         // SAFETY: functions without arguments, which stay. If there is no room for them, nothing is
         // said at `exit`.
         unsafe {
-            libc::atexit(at_exit);
-            #[cfg(target_os = "linux")]
-            at_quick_exit(at_exit);
+            for _ in 0..EXITS {
+                libc::atexit(at_exit);
+                #[cfg(target_os = "linux")]
+                at_quick_exit(at_exit);
+            }
         }
     });
 }
@@ -75,6 +80,10 @@ extern "C" fn at_exit() {
     let is_main = true;
     if MAY_EXIT.load(Relaxed) || !is_in_call() || (is_main && own_slot().is_none()) {
         return;
+    }
+    static IS_ENDING: AtomicBool = AtomicBool::new(false);
+    while IS_ENDING.swap(true, Relaxed) {
+        std::thread::sleep(std::time::Duration::from_secs(1)); // Another thread ends the process.
     }
     let call = |hook: &AtomicPtr<()>| {
         let hook = hook.load(Relaxed);

@@ -81,7 +81,11 @@ pub fn put_back(own: [u32; 2]) -> impl Iterator<Item = &'static str> {
             changed & !(rounding | denormals),
             "the traps of floating-point exceptions",
         ),
-        (x87, "the control word of the x87 unit"),
+        // Those of MXCSR mostly come with it.
+        (
+            if changed == 0 { x87 } else { 0 },
+            "the control word of the x87 unit",
+        ),
     ];
     all.into_iter()
         .filter_map(|(bits, what)| (bits != 0).then_some(what))

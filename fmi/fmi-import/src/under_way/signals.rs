@@ -11,7 +11,7 @@ use std::sync::atomic::Ordering::Relaxed;
 
 use libc::{sigaction, siginfo_t, stack_t};
 
-use super::ending::{EXIT_CODE, is_in_call, tell};
+use super::ending::{EXIT_CODE, is_in_call, is_own_program, tell};
 
 const OVERFLOW: &str = "overflowed its stack (SIGSEGV)";
 const SIGNALS: [(c_int, &str); 7] = [
@@ -82,6 +82,9 @@ extern "C" fn on_signal(signal: c_int, info: *mut siginfo_t, context: *mut c_voi
         } else {
             SIGNALS[place].1
         });
+    }
+    if is_ours && is_own_program() {
+        end(); // What was there before is Rust's, which says less.
     }
     let before = BEFORE.get().map(|all| &all[place]);
     // SAFETY: the handling before ours, called as it was installed. What the system does by default

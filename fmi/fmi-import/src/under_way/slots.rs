@@ -2,7 +2,7 @@
 
 use std::ffi::c_char;
 use std::ptr;
-use std::sync::atomic::{AtomicPtr, AtomicU32, AtomicU64, AtomicUsize};
+use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU32, AtomicU64, AtomicUsize};
 
 /// How many threads may call FMUs at a time; the calls of further ones have no name.
 const THREADS: usize = 256;
@@ -25,12 +25,14 @@ pub struct Slot {
     pub thread: AtomicUsize,
     /// Who is called, a C string; NULL between calls.
     pub who: AtomicPtr<c_char>,
-    /// What is called; NULL until that is known.
+    /// What is called, or was called last.
     pub function: AtomicPtr<About>,
     /// Start and length of the last step, s, as bits; NaN before the run.
     pub time: AtomicU64,
     pub length: AtomicU64,
     pub steps: AtomicU32,
+    /// The process is looked at after this call.
+    pub is_due: AtomicBool,
     /// Floating-point control of the thread.
     pub control: [AtomicU32; 2],
 }
@@ -43,7 +45,8 @@ impl Slot {
             function: AtomicPtr::new(ptr::null_mut()),
             time: AtomicU64::new(0),
             length: AtomicU64::new(0),
-            steps: AtomicU32::new(1),
+            steps: AtomicU32::new(0),
+            is_due: AtomicBool::new(false),
             control: [const { AtomicU32::new(0) }; 2],
         }
     }

@@ -74,7 +74,7 @@ static void act(const char *where, hostile *h) {
     IF(bus) raise(SIGBUS);
     IF(fpe) {
         volatile int zero = 0;
-        zero = 1 / zero;
+        zero = 7 / zero;
     }
     IF(stack) deep(0);
     IF(thread_exit) in_thread(exits, h);
@@ -97,7 +97,7 @@ static void act(const char *where, hostile *h) {
     }
     IF(chdir) chdir("/");
     IF(locale) setlocale(LC_ALL, "C.UTF-8");
-    IF(ignore) signal(SIGINT, SIG_IGN);
+    IF(ignore) signal(SIGTERM, SIG_IGN);
     IF(unhandled) {
         signal(SIGSEGV, SIG_DFL);
     }

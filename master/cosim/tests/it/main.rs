@@ -19,6 +19,7 @@ mod loops_of_arrays;
 mod oscillator;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod outputs;
+mod packages;
 mod printed;
 mod program;
 mod rates;
