@@ -261,6 +261,53 @@ def test_each_option_of_cosim_acts_or_is_refused(files, tmp_path, command, bases
     assert not wrong, "\n".join(wrong)
 
 
+@pytest.mark.parametrize("given", ["--set spring.n=1 --set mass.n=1", "--input given.csv", "--scenario given.json", "--parameters given.ssv"])
+def test_inputs_that_a_run_gives_values_are_no_gaps(files, tmp_path, given):
+    folder = shutil.copytree(files, tmp_path / "here")
+    (folder / "given.csv").write_text("time,spring.n,mass.n\n0,1,2\n")
+    events = [{"time": 0.2, "model": name, "variable": "n", "action": "override", "value": 5} for name in ("spring", "mass")]
+    (folder / "given.json").write_text(json.dumps({"events": events}))
+    (folder / "given.ssv").write_text(traits.parameter_set({"spring.n": 1, "mass.n": 2}))
+    run = [program("cosim"), "run", "o.ssp", "--set", "mass.x=1", "--quiet", "--strict"]
+    refused = subprocess.run(run, cwd=folder, capture_output=True, text=True)
+    assert refused.returncode == 1 and "spring.n, mass.n" in refused.stderr
+    done = subprocess.run([*run, *given.split()], cwd=folder, capture_output=True, text=True)
+    assert done.returncode == 0 and "keep their start values" not in done.stdout, done.stderr
+
+
+def test_advice_can_be_followed(files, tmp_path):
+    """What a message says is to be done: the same command with it runs, and the message is gone."""
+    folder = shutil.copytree(files, tmp_path / "here")
+
+    def run(words):
+        done = subprocess.run([program("cosim"), *words.split()], cwd=folder, capture_output=True, text=True)
+        return done.returncode, done.stdout + done.stderr
+
+    for base, said, advice in [
+        (FMUS["loop"], "--solve-loops asks for", "--solve-loops"),
+        (FMUS["mute"], "--feedthrough COMPONENT", "--feedthrough c"),
+        (FMUS["alone"] + " --fault a.u=bias:1", "no input file gives `a.u` a value", "--input in.csv"),
+        (FMUS["plain"] + " --input-derivatives", "needs --schedule jacobi", "--schedule jacobi"),
+        (FMUS["plain"].replace("b.fmu", "f.fmu").replace("b.", "f.") + " --between end --schedule jacobi", "schedule gauss-seidel", "gauss-seidel"),
+        (FMUS["plain"] + " --step-limits 1e-3,0.1", "needs --energy-tolerance or --doubling-tolerance", "--doubling-tolerance 1e-2"),
+        ("run o.ssp --quiet --set k=2", "name the component: component.k", "mass.k"),
+        ("run o.ssp --quiet --set mass.kk=2", "did you mean `mass.k`?", "mass.k"),
+        ("bench --repeat 1", "--system FILE", "--system o.ssp"),
+    ]:
+        code, text = run(base)
+        assert said in text, (base, text)
+        option = "--schedule" if advice == "gauss-seidel" else "--set" if advice == "mass.k" else None
+        if option:
+            words = base.split()
+            k = len(words) - 1 - words[::-1].index(option)
+            words[k + 1] = advice if option == "--schedule" else f"{advice}=2"
+            followed = " ".join(words)
+        else:
+            followed = f"{base} {advice}"
+        code, text = run(followed)
+        assert code == 0 and said not in text, (followed, text)
+
+
 SHARED = "one setup for all commands: tried with `run`"
 #: What names the machine and how it is run, for `hdrm-fmu run`; GAP is a structure that lacks a connection.
 MACHINE = {

@@ -147,7 +147,7 @@ impl System {
     }
 
     /// The experiment, by the same rules as the programs' command lines, with findings such as
-    /// settings that match nothing. The inputs of a run that a script steps are given by the script.
+    /// settings that match nothing. A run that is stepped gets its inputs from the script.
     fn experiment(
         &self,
         conditions: Conditions,

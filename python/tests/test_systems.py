@@ -172,6 +172,9 @@ def test_a_reference_from_outside_moves_the_manipulator():
     rows = {f"controller.reference.position[{k}]": [x, x + (0.02 if k == 2 else 0.0)] for k, x in zip((1, 2, 3), position)}
     inputs = pandas.DataFrame(rows, index=[0.0, 0.5])
     run = hdrm_fmu.run(trajectory="external", inputs=inputs, stop_time=0.5, signals=["hdrm.tip.position"])
+    assert "reference.position" not in run.attrs["findings"], "the inputs drive it"
+    still = hdrm_fmu.run(trajectory="external", stop_time=0.01)
+    assert still.attrs["verdict"] == "BAD" and "nothing drives controller.reference.position" in still.attrs["findings"]
     risen = run["hdrm.tip.position[2]"]
     assert 0.015 < float(risen[-1] - risen[0]) < 0.025
 
@@ -312,17 +315,23 @@ def test_what_belongs_to_another_system_is_refused(tmp_path):
         ({"world": "real"}, "world = 'real' is for the manipulator"),
         ({"machine": "sized"}, "machine = 'sized' is for the manipulator"),
         ({"trajectory": "cubic"}, "there is no parameter `trajectory`"),
+        ({"max_error": 1e-3}, "max_error = 0.001 is about the tip of the manipulator"),
     ):
         with pytest.raises(BadInput, match=reason):
             hdrm_fmu.run(system=fmus["Emla"], stop_time=0.01, **options)
     with pytest.raises(BadInput, match="must be given to the `System`"):
         hdrm_fmu.run(system=System(fmus["Emla"]), step=1e-3)
+    with pytest.raises(BadInput, match="schedule = 'gauss-seidel' must be given to the `System`"):
+        hdrm_fmu.run(system=System(fmus["Emla"], schedule="jacobi"), schedule="gauss-seidel")
+    with pytest.raises(BadInput, match="seed 3: it is for faults that draw random numbers"):
+        System(fmus["Emla"], fault_seed=3).run(stop_time=0.01)
     for make, reason in (
         (lambda: System([fmus["Emla"], "machine.ssp"]), "several files must all be FMUs"),
         (lambda: System(fmus["Emla"], variant="pd.ssd"), "is for a system structure"),
         (lambda: System("a.ssd", connect=["a.y=b.u"]), "for FMUs without a structure"),
         (lambda: System([]), "no system is named"),
         (lambda: System(hdrm_fmu.systems()["Manipulator"], feedthrough=["hrdm"]).variables, "feedthrough `hrdm`"),
+        (lambda: System(fmus["Emla"], feedthrough=["Emla"]).variables, "feedthrough `Emla`: its outputs declare"),
     ):
         with pytest.raises(BadInput, match=reason):
             make()
@@ -331,6 +340,8 @@ def test_what_belongs_to_another_system_is_refused(tmp_path):
     hdrm_fmu.run(system=path, stop_time=0.01)
     with pytest.raises(RunFailed, match=r"--strict|strict.*drive.emla.v_d"):
         hdrm_fmu.run(system=System(path, strict=True), stop_time=0.01)
+    with System(path, strict=True) as stepped:  # Its inputs are set by this script.
+        stepped.step()
 
 
 def test_a_plant_with_names_of_its_own(tmp_path):

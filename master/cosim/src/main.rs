@@ -116,6 +116,8 @@ struct BenchArgs {
 
 fn main() -> ExitCode {
     let command = Cli::parse().command;
+    // Signals first: FMUs must not change how they are handled.
+    let installed = interrupt::install();
     // Keeps what FMUs print out of this program's output; if that fails, it runs all the same.
     let _ = fmi_import::output::separate();
     let check = match &command {
@@ -123,7 +125,7 @@ fn main() -> ExitCode {
         Command::Bench(args) => args.run.check,
         Command::Wiring(_) | Command::Info(_) => false,
     };
-    let prepared = (interrupt::install().map_err(Into::into)).and_then(|()| claim_outputs());
+    let prepared = (installed.map_err(Into::into)).and_then(|()| claim_outputs());
     let result = prepared.and_then(|()| match command {
         Command::Run(args) => run_system(&args),
         Command::Bench(args) => bench(&args),

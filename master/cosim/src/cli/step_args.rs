@@ -26,12 +26,12 @@ pub struct StepArgs {
         value_name = "JOULE",
         default_value_t = 1.0,
         requires = "energy_tolerance",
-        conflicts_with = "doubling_tolerance"
+        conflicts_with_all = ["doubling_tolerance", "interval"]
     )]
     pub energy_scale: f64,
     /// Choose the communication step, beginning with --step, by comparison with two steps of half
-    /// the length: connected outputs may differ by this part of the sum of nominal value and output;
-    /// steps are repeated as with --repeat-steps
+    /// the length: connected outputs may differ by this part of the sum of nominal value and
+    /// output; steps are repeated as with --repeat-steps
     #[arg(long, value_name = "TOLERANCE", conflicts_with_all = ["interval", "repeat_steps"])]
     pub doubling_tolerance: Option<f64>,
     /// Repeat a step within which a component stops, with all components to where it stopped; with

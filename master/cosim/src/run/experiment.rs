@@ -66,8 +66,8 @@ impl Experiment {
         Ok(master)
     }
 
-    /// The variables to which the experiment gives values: by start values, by inputs over time, and
-    /// by faults and events of a scenario.
+    /// The variables to which the experiment gives values: by start values, by inputs over time,
+    /// and by faults and events of a scenario.
     pub fn given(&self, system: &System) -> Result<BTreeSet<Port>> {
         let mut given: BTreeSet<Port> = self.settings.iter().map(|s| s.port).collect();
         given.extend(self.faults.list.iter().map(|fault| fault.port));

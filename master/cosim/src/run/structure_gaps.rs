@@ -103,8 +103,8 @@ impl System {
 }
 
 impl StructureGaps {
-    /// The gaps as findings on a run with this schedule. If `is_strict`, any gap is an error, except
-    /// unmentioned inputs of a system that declares connectors.
+    /// The gaps as findings on a run with this schedule. If `is_strict`, any gap is an error,
+    /// except unmentioned inputs of a system that declares connectors.
     pub fn judge(&self, system: &System, schedule: Schedule, is_strict: bool) -> Result<Verdict> {
         let mut verdict = Verdict::default();
         let note = |verdict: &mut Verdict, what: &str, names: &[String]| {

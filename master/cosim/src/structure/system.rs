@@ -225,8 +225,8 @@ impl System {
         Wiring::new(&self.structure, &descriptions)
     }
 
-    /// Lets outputs of the component `name` be read again after inputs were set, although they do not
-    /// declare on which inputs they depend.
+    /// Lets outputs of the component `name` be read again after inputs were set, although they do
+    /// not declare on which inputs they depend.
     ///
     /// # Errors
     /// There is no such component, or that would change nothing.

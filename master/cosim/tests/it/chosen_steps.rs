@@ -225,9 +225,11 @@ fn a_foreign_snapshot_is_refused() {
         threads: 1,
         stepping: stepping(step, Schedule::Jacobi),
         stop: None,
+        tolerance: None,
         settings: Vec::new(),
         faults: Faults::default(),
         inputs: None,
+        nonfinite: Vec::new(),
     };
     let run = |step, plan: Plan| {
         let experiment = experiment(step);

@@ -106,6 +106,7 @@ fn experiment(system: &System, start: &[&str], schedule: Schedule) -> Experiment
         stepping: stepping(H, schedule),
         threads: 1,
         stop: Some(1.5),
+        tolerance: None,
         settings: settings(system, start).unwrap(),
         faults: Faults::default(),
         inputs: None,
@@ -331,6 +332,7 @@ fn a_restored_run_knows_what_was_found() {
     let bad = |master: &Master| {
         let supervision =
             cosim::run::supervision::Supervision::new(&plain, master, Default::default());
+        let supervision = supervision.unwrap();
         supervision.verdict(&plain, master).is_bad()
     };
     let before = master.save().unwrap();

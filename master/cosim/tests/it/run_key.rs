@@ -31,6 +31,8 @@ fn experiment(system: &System) -> Experiment {
         stepping: stepping(0.01, Schedule::Jacobi),
         threads: 1,
         stop: Some(2.0),
+        tolerance: None,
+        nonfinite: Vec::new(),
         settings: settings(system, &["spring.k=2", "spring.d=0.1"]).unwrap(),
         faults,
         inputs: Some(Arc::new(Table {
