@@ -225,11 +225,7 @@ impl System {
 
     /// The system with a machine file bound to its FMUs.
     fn with_machine(&self, machine: &str) -> Result<Loaded> {
-        let mut system = Loaded {
-            path: self.system.path.clone(),
-            structure: self.system.structure.clone(),
-            fmus: self.system.fmus.clone(),
-        };
+        let mut system = Loaded::clone(&self.system);
         machine_choice::bind(&mut system, machine)?;
         Ok(system)
     }
@@ -346,7 +342,7 @@ impl System {
 
     /// Key of a run under these conditions: a hash of all that its numbers depend on.
     fn key(&self, conditions: Conditions) -> PyResult<String> {
-        let (experiment, _) = self.experiment(conditions).map_err(to_exception)?;
+        let (experiment, _) = self.experiment(conditions, false).map_err(to_exception)?;
         Ok(RunKey::new(&self.system, &experiment).digest())
     }
 

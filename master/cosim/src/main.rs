@@ -15,8 +15,8 @@ use cosim::cli::{
 };
 use cosim::describe::{self, DescribedFmu};
 use cosim::exchange::{Exchange, Order};
-use cosim::run::signals::connected;
 use cosim::run::interrupt;
+use cosim::run::signals::connected;
 use cosim::run::simulate::{self, Experiment};
 use cosim::run::verdict::Verdict;
 use cosim::schedule::Stepping;
@@ -40,7 +40,7 @@ enum Command {
     /// Run the system and print power residuals and speed
     Run(Box<OneRunArgs>),
     /// Measure how many times faster than real time the system runs
-    Bench(BenchArgs),
+    Bench(Box<BenchArgs>),
     /// Show components, stages of the exchange and power bonds; reports algebraic loops
     Wiring(WiringArgs),
     /// List the variables of FMUs and systems, what the FMUs can do and the platforms that they

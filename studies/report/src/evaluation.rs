@@ -35,6 +35,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use conditions::conditions;
+use cosim::run::interrupt;
 use experiments::analyses::{efficiency, inertia, robustness};
 use experiments::measures::run::TipError;
 use experiments::print::tip_errors::inertia_json;

@@ -14,7 +14,15 @@ use fmi_import::raw::Experiment as FmiExperiment;
 /// An instance of component `k` on its own, with the system's parameter values, then `settings`.
 pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Instance> {
     let experiment = FmiExperiment::from_start(system.structure.start_time);
-    make(system, k, settings, false, experiment, None, &BTreeSet::new())
+    make(
+        system,
+        k,
+        settings,
+        false,
+        experiment,
+        None,
+        &BTreeSet::new(),
+    )
 }
 
 /// The same for a run of which the FMU is told `experiment`, with its own tolerance where none is

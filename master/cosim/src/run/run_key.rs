@@ -76,10 +76,7 @@ impl RunKey {
         key.add("the jitter", format!("{jitter:?}"));
         key.add("the tolerance", format!("{tolerance:?}"));
         let nonfinite: Vec<String> = nonfinite.iter().map(|port| system.name(*port)).collect();
-        key.add(
-            "the variables that may be not finite",
-            nonfinite.join(", "),
-        );
+        key.add("the variables that may be not finite", nonfinite.join(", "));
         let stop = stop.or(structure.stop_time);
         let stop = stop.map_or("not given".into(), |stop| format!("{stop} s"));
         key.add(STOP_TIME, stop);
@@ -135,8 +132,8 @@ impl RunKey {
             outputs: _,
             start_time: _, // in the experiment's stepping
             has_start: _,
-            stop_time: _,  // in the stop time
-            step: _,       // in the experiment's stepping
+            stop_time: _, // in the stop time
+            step: _,      // in the experiment's stepping
             feedthrough,
             rates,
             solves_loops,

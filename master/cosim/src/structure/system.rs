@@ -20,8 +20,8 @@ use crate::structure::renaming::rename;
 use crate::structure::{self, Alarm, Component, Structure, arrays};
 use crate::wiring::{Port, Wiring};
 
-pub(crate) use names::Names;
 pub use default_step::DefaultStep;
+pub(crate) use names::Names;
 pub use values::Setting;
 
 /// A system structure with one loaded FMU per component (shared where the source is the same).

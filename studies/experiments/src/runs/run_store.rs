@@ -6,10 +6,9 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process;
 use std::sync::{Mutex, PoisonError};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use cosim::io::digest::sha256;
 use cosim::run::interrupt;
 use cosim::run::run_key::RunKey;
@@ -176,7 +175,6 @@ mod tests {
             force: 0.7,
             ..EndedRun::lost("rod 2 swings".into())
         };
-        interrupt::check()?;
         let text = pack(&key, &serde_json::to_string(&run).expect("JSON"));
         let read = |bytes: &[u8]| unpack::<EndedRun>(&key, bytes);
         assert_eq!(read(text.as_bytes()), Some(run));
