@@ -7,6 +7,7 @@ tries every FMU of a folder, each in a process of its own, and prints a table. m
 
 import argparse
 import csv
+import math
 import subprocess
 import sys
 import tempfile
@@ -33,13 +34,21 @@ def start_and_step(fmu):
     return found("startTime", 0.0), found("stepSize", 1e-3)
 
 
+def told(fmu, start, h, steps):
+    """Stop time and tolerance that `cosim` tells an FMU: the end of the last step, and what its description asks for."""
+    stop = start + steps * h
+    last = start + (math.floor((stop - start) / h + 1e-6) - 1) * h
+    tolerance = getattr(fmu.description.defaultExperiment, "tolerance", None)
+    return {"stop": max(stop, last + h), "tolerance": float(tolerance) if tolerance and float(tolerance) > 0 else None}
+
+
 def by_fmpy(fmu, start, h, steps, inputs=None, settings=None):
     """Rows of the outputs at the communication points; `inputs` by time are set at each before it is read. What a step that fails leaves out."""
     has_events = fmu.description.fmiVersion.startswith("3.") and fmu.description.coSimulation.hasEventMode
     instance = fmu.instance("alone", logging=True, staged=bool(has_events))
     if not instance.component:
         raise Refused("instantiation", None, instance.text)
-    instance.enter_initialization(start, values=settings)
+    instance.enter_initialization(start, values=settings, **told(fmu, start, h, steps))
     instance.exit_initialization()
     names, rows = outputs(fmu), []
     for k in range(steps + 1):

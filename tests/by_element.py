@@ -136,12 +136,12 @@ class Instance3(Instance):
         values = [found[n] for n in names]
         return values[0] if len(values) == 1 else values
 
-    def enter_initialization(self, start=0.0, stop=None, values=None):
+    def enter_initialization(self, start=0.0, stop=None, values=None, tolerance=None):
         self.time = start
         if values:
             self.set(values)
-        has_stop, stop = c_bool(stop is not None), c_double(stop or 0.0)
-        self.call("fmi3EnterInitializationMode", c_bool(False), c_double(0.0), c_double(start), has_stop, stop)
+        told = [word for value in (tolerance, stop) for word in (c_bool(value is not None), c_double(value or 0.0))]
+        self.call("fmi3EnterInitializationMode", *told[:2], c_double(start), *told[2:])
 
     def exit_initialization(self):
         self.call("fmi3ExitInitializationMode")

@@ -165,9 +165,9 @@ class Instance(Called):
         self.exit_initialization()
         return self
 
-    def enter_initialization(self, start=0.0, stop=None, values=None):
+    def enter_initialization(self, start=0.0, stop=None, values=None, tolerance=None):
         """`values` are set after fmi2SetupExperiment, in which FMUs of 20-sim forget what was set before."""
-        self.setup(start, stop)
+        self.setup(start, stop, tolerance)
         if values:
             self.set(values)
         self.call("fmi2EnterInitializationMode")
@@ -185,8 +185,8 @@ class Instance(Called):
         """How variables of one type are read or set together."""
         return Access(self, verb, names)
 
-    def setup(self, start=0.0, stop=None):
-        self.call("fmi2SetupExperiment", 0, 0.0, start, int(stop is not None), stop or 0.0)
+    def setup(self, start=0.0, stop=None, tolerance=None):
+        self.call("fmi2SetupExperiment", int(tolerance is not None), tolerance or 0.0, start, int(stop is not None), stop or 0.0)
 
     def step(self, t, h):
         self.call("fmi2DoStep", t, h, 1)

@@ -24,24 +24,9 @@ from pathlib import Path
 
 import traits
 
-#: Expectations that are not asked for yet. To switch one on, take it out; this list is to be empty.
-PENDING = {
-    "a run that fails keeps its rows up to there",
-    "a number that is not finite and passes a connection ends the run",
-    "a run with numbers that are not finite is not good",
-    "the end of the process has an exit code of its own and names the component",
-    "a process that ends early leaves no folders",
-    "links, pipes and devices are written through",
-    "nothing that the run reads is overwritten",
-    "a run that is ended by an FMU has its last row",
-}
-#: Exit codes that say something else than that the process was ended by an FMU.
-OTHER_CODES = (0, 1, 2)
+#: Exit code where an FMU ended the process.
+ENDED = 3
 STEP, STOP = 0.1, 1.0
-
-
-def asked(expectation):
-    return expectation not in PENDING
 
 
 class Line:
@@ -118,7 +103,7 @@ class Line:
         if self.chance(0.25):
             return
         self.csv = self.folder / "out.csv"
-        way = self.pick("new", "new", "old", *(("link", "pipe", "device") if asked("links, pipes and devices are written through") else ()), "missing")
+        way = self.pick("new", "new", "old", "link", "pipe", "device", "missing")
         if way == "old":
             self.csv.write_text("old\n")
         elif way == "link":
@@ -131,7 +116,7 @@ class Line:
         elif way == "missing" and self.chance(0.2):
             self.csv = self.folder / "no" / "out.csv"
             self.wrong.append("out.csv")
-        elif self.chance(0.05) and asked("nothing that the run reads is overwritten"):
+        elif self.chance(0.05):
             self.csv = Path(self.options[0])
             self.wrong.append(self.csv.name)
         self.way = way
@@ -291,13 +276,13 @@ def disagreements(line, done, changed, left, text):
     """Where a run is not as it must be: the oracle. `text` is the CSV file."""
     code, said = done.returncode, done.stdout + done.stderr
     is_bad = "verdict: BAD" in said
-    ended = code not in OTHER_CODES or line.kind == "exits"
+    ended = code == ENDED
     more = changed - line.outputs
-    if ended and not asked("a process that ends early leaves no folders"):
-        more.discard("out.csv.part")
+    if ended:  # What a process leaves that ends early goes at the next start.
+        more = {name for name in more if not re.fullmatch(r"\.out\.csv\..*\.part", name)}
     if more:
         yield f"touched {sorted(more)}"
-    if left and (not ended or asked("a process that ends early leaves no folders")):
+    if left and not ended:
         yield f"left {left} in the folder for temporary files"
     if line.wrong:
         if code not in (1, 2) or not any(part in done.stderr for part in line.wrong):
@@ -316,17 +301,16 @@ def disagreements(line, done, changed, left, text):
     # Exit code 0 only if finite and complete.
     if code == 0 and line.csv and text is not None and not is_whole and kind not in ("terminates", "exits"):
         yield f"exit code 0, and the rows end at {times[-1:]}"
-    if code == 0 and line.check and not is_finite and asked("a run with numbers that are not finite is not good"):
+    if code == 0 and line.check and not is_finite:
         yield "exit code 0 with --check, and numbers that are not finite"
     if code == 2 and not (line.check and is_bad) or code == 0 and line.check and is_bad:
         yield f"exit code {code} with the verdict {'BAD' if is_bad else 'good'}"
     if ends_process:
-        if asked("the end of the process has an exit code of its own and names the component"):
-            if code in OTHER_CODES or code < 0:
-                yield f"exit code {code}, though `{line.culprit}` {kind}"
-            if line.culprit not in done.stderr:
-                yield f"`{line.culprit}` {kind}, and nobody says so"
-    elif fails or passes and not line.altered and asked("a number that is not finite and passes a connection ends the run"):
+        if code != ENDED:
+            yield f"exit code {code}, though `{line.culprit}` {kind}"
+        if line.culprit not in done.stderr:
+            yield f"`{line.culprit}` {kind}, and nobody says so"
+    elif fails or passes and not line.altered:
         # Steps that are repeated until they are too short: the message does not name the component yet.
         is_named = line.culprit in done.stderr or line.repeats and "however short" in done.stderr
         if code != 1 or not is_named:
@@ -336,12 +320,12 @@ def disagreements(line, done, changed, left, text):
             yield f"exit code {code}"
     elif code not in (0, 2):
         yield f"exit code {code}, though nothing is wrong"
-    if (fails or passes or ends_process) and code not in (0, 2) and line.csv and text is not None and asked("a run that fails keeps its rows up to there"):
+    if (fails or passes) and code not in (0, 2) and line.csv and text is not None:
         last = (math.ceil((line.at - 1e-9) / line.step) - 1) * line.step
         last -= math.fmod(last + 1e-9, line.interval * line.step) - 1e-9
         if not line.varies and not passes and (not times or abs(times[-1] - last) > 1e-9 and times[-1] < last):
             yield f"the rows end at {times[-1:]}, not at {last}"
-    if kind == "terminates" and code == 0 and times and asked("a run that is ended by an FMU has its last row") and times[-1] < line.at - 2 * line.step:
+    if kind == "terminates" and code == 0 and times and times[-1] < line.at - 2 * line.step:
         yield f"ended at {line.at}, the rows at {times[-1:]}"
 
 

@@ -65,7 +65,10 @@ NEEDS_SYSTEM = "is for a system, a packed .ssp or a .ssd"
 #: Of both.
 COMMON = {
     "--step": Acts("--step 0.05"),
+    "--start-time": Acts("--start-time 0.5"),
     "--stop-time": Acts("--stop-time 0.5"),
+    "--tolerance": Refused("--tolerance 2", "--tolerance 2: a relative tolerance must be above 0 and below 1"),
+    "--allow-nonfinite": Refused("--allow-nonfinite absent*", "--allow-nonfinite: no variable of type Real matches `absent*`"),
     "--set": Acts("--set {first}.k=3"),
     "--threads": Refused("--threads 0", "0 threads: there must be at least 1"),
     "--check": Acts("--check", "diverging"),
@@ -142,7 +145,7 @@ OF_SYSTEM |= {
 SYSTEM = {name: RUN_SYSTEM[name] for name in ("--fmi", "--fmu", "--variant", "--parameters", "--rate", "--feedthrough", "--solve-loops", "--fmu-dir", "--map")}
 BENCH_BASES = {name: words.replace("run ", "bench --repeat 1 --system ").replace(" --quiet", "") for name, words in OF_SYSTEM.items()}
 BENCH = SYSTEM | {
-    **{name: COMMON[name] for name in ("--step", "--stop-time", "--set", "--threads", "--csv", "--signals", "--interval")},
+    **{name: COMMON[name] for name in ("--step", "--start-time", "--stop-time", "--tolerance", "--allow-nonfinite", "--set", "--threads", "--csv", "--signals", "--interval")},
     **{name: RUN_SYSTEM[name] for name in ("--schedule", "--input-derivatives", "--between", "--strict", "--check")},
     "--feedthrough": Acts("--feedthrough mass --csv out.csv", "mute"),
     "--system": Refused("--system absent.ssp", "absent.ssp", "none"),
@@ -323,7 +326,10 @@ MACHINE = {
     "--parameters": Refused("--parameters absent.ssv", "absent.ssv"),
     "--machine": Acts("--machine sized"),
     "--step": Acts("--step 0.002"),
+    "--start-time": Refused("--start-time nan", "--start-time NaN: the start must be a finite time"),
     "--stop-time": Acts("--stop-time 0.01"),
+    "--tolerance": COMMON["--tolerance"],
+    "--allow-nonfinite": COMMON["--allow-nonfinite"],
     "--schedule": Acts("--schedule jacobi"),
     "--input-derivatives": Refused("--input-derivatives", "needs --schedule jacobi"),
     "--between": Acts("--between extrapolated"),
