@@ -3,14 +3,12 @@
 //! it after the rare calls and every thousand steps, and puts it back.
 
 use std::cell::RefCell;
-use std::env;
 use std::ffi::{CStr, CString, c_int};
 use std::mem::zeroed;
-use std::path::PathBuf;
 use std::ptr;
 use std::sync::OnceLock;
 
-use libc::{sigaction, sigset_t};
+use libc::{PATH_MAX, sigaction, sigset_t};
 
 use super::ending::is_own_program;
 use super::signals;
@@ -25,7 +23,7 @@ thread_local! {
 }
 
 struct Surroundings {
-    folder: Option<PathBuf>,
+    folder: Option<CString>,
     locale: CString,
     mask: sigset_t,
     /// Only where the program is ours: in Python the main thread may set others meanwhile.
@@ -71,43 +69,63 @@ fn mask(new: *const sigset_t) -> sigset_t {
     }
 }
 
-fn locale() -> CString {
+/// The working folder, in this place; None if it cannot be said. Nothing is allocated, since steps
+/// look at it.
+fn folder(place: &mut [u8; PATH_MAX as usize]) -> Option<&CStr> {
+    // SAFETY: the place has this length.
+    let found = unsafe { libc::getcwd(place.as_mut_ptr().cast(), place.len()) };
+    match found.is_null() {
+        true => None,
+        false => CStr::from_bytes_until_nul(place).ok(),
+    }
+}
+
+/// The name of the locale, until it is changed.
+fn locale<'a>() -> &'a CStr {
     // SAFETY: NULL asks for the present one, a C string.
-    unsafe { CStr::from_ptr(libc::setlocale(libc::LC_ALL, ptr::null())) }.to_owned()
+    unsafe { CStr::from_ptr(libc::setlocale(libc::LC_ALL, ptr::null())) }
+}
+
+fn handlers() -> Option<[sigaction; SIGNALS.len()]> {
+    is_own_program().then(|| SIGNALS.map(signals::handler))
 }
 
 impl Surroundings {
     fn now() -> Self {
         Self {
-            folder: env::current_dir().ok(),
-            locale: locale(),
+            folder: folder(&mut [0; PATH_MAX as usize]).map(CStr::to_owned),
+            locale: locale().to_owned(),
             mask: mask(ptr::null()),
-            handlers: is_own_program().then(|| SIGNALS.map(signals::handler)),
+            handlers: handlers(),
         }
     }
 
     fn put_back(&self) -> Vec<&'static str> {
-        let (now, mut changed) = (Self::now(), Vec::new());
-        if let Some(folder) = self.folder.as_ref().filter(|_| now.folder != self.folder)
-            && env::set_current_dir(folder).is_ok()
+        let mut changed = Vec::new();
+        let place = &mut [0; PATH_MAX as usize];
+        if let Some(own) = self.folder.as_deref()
+            && folder(place) != Some(own)
+            // SAFETY: a C string.
+            && unsafe { libc::chdir(own.as_ptr()) } == 0
         {
             changed.push("the working folder");
         }
-        if now.locale != self.locale {
+        if locale() != self.locale.as_c_str() {
             // SAFETY: a C string.
             unsafe { libc::setlocale(libc::LC_ALL, self.locale.as_ptr()) };
             changed.push("the locale");
         }
         // SAFETY: masks.
         let has = |set: &sigset_t, signal| unsafe { libc::sigismember(set, signal) };
-        if (1..32).any(|signal| has(&now.mask, signal) != has(&self.mask, signal)) {
+        let now = mask(ptr::null());
+        if (1..32).any(|signal| has(&now, signal) != has(&self.mask, signal)) {
             mask(&self.mask);
             changed.push("the mask of signals");
         }
         for ((signal, own), now) in SIGNALS
             .iter()
             .zip(self.handlers.iter().flatten())
-            .zip(now.handlers.iter().flatten())
+            .zip(handlers().iter().flatten())
         {
             if own.sa_sigaction != now.sa_sigaction {
                 // SAFETY: a handler that was there before.

@@ -1,11 +1,12 @@
 //! Alarms that a structure declares make the verdict bad from the first communication point on at
 //! which they hold. The oracle is the recorded variable.
 
-use cosim::Recording;
+use cosim::exchange::faults::Faults;
 use cosim::master::{Master, Schedule};
 use cosim::run::observer::Function;
 use cosim::run::simulate::{Outcome, Plan, run, run_plan};
 use cosim::structure::system::System;
+use cosim::{Experiment, Recording};
 use fmi_description::Version;
 
 use super::support::{
@@ -145,13 +146,26 @@ fn a_resumed_run_knows_what_held_before() {
     let file = scratch("alarms_resumed/snapshot");
     let mut nothing = Function(|_: &Master| Ok(()));
     let mut made = |plan: Plan| run_plan(&system, started(), &plan, &|_, _| (), &mut nothing);
+    let experiment = Experiment {
+        stepping: stepping(0.01, Schedule::GaussSeidel),
+        threads: 1,
+        stop: None,
+        tolerance: None,
+        settings: Vec::new(),
+        faults: Faults::default(),
+        inputs: None,
+        nonfinite: Vec::new(),
+    };
+    let key = Plan::to(0.7).key(&system, &experiment);
     let saving = Plan {
         snapshots: vec![(0.7, file.clone())],
+        key: Some(key.clone()),
         ..Plan::to(0.7)
     };
     let first = made(saving).unwrap();
     let resuming = Plan {
         resume: Some(file),
+        key: Some(key),
         ..Plan::to(0.9)
     };
     let resumed = made(resuming).unwrap();

@@ -140,14 +140,12 @@ fn a_table_in_memory_is_an_input() {
 fn two_rows_of_one_time_are_a_jump() {
     let system = spring("jump");
     let rows = table(
-        &[0.0, 0.0, 0.5, 0.5, 1.0, 2.0, 2.0],
+        &[0.0, 0.0, 0.5, 0.5, 1.0, 1.5, 1.5],
         &[("spring.x", None, &[9.0, 1.0, 2.0, -1.0, 0.0, 4.0, 7.0])],
     );
-    // Points 0, 0.25, 0.5 ... 1 s and those after; F = -2 x.
+    // Points from 0.5 to 1.5 s; F = -2 x.
     let found = record(&system, &experiment(&system, Some(rows)), &["spring.F"]).unwrap();
-    let expected = [1.0, 1.5, -1.0, -0.5, 0.0, 1.0, 2.0, 3.0, 7.0].map(|x: f64| -2.0 * x);
-    let points = found[0].len();
-    assert_eq!(found[0], expected[..points]);
+    assert_eq!(found[0], [-1.0, -0.5, 0.0, 2.0, 7.0].map(|x: f64| -2.0 * x));
 }
 
 /// The motion that one run wrote, with its units, moves the spring of another one: the same force,

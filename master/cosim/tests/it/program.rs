@@ -200,8 +200,8 @@ fn inputs_come_from_a_file() {
             "row 3, column `spring.x`: `soft` is not a finite number",
         ),
         (
-            "time,spring.x\n0,1\n0,2\n",
-            "row 3: the time 0 s must be greater",
+            "time,spring.x\n0,1\n0,2\n0,3\n",
+            "row 4: the time 0 s stands in three rows",
         ),
         (
             "time,spring.x\n0,1,2\n",

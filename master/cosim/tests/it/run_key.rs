@@ -275,7 +275,6 @@ fn a_snapshot_of_another_run_is_refused_by_name() {
             ["--fault", "mass.f=bias:1"],
             "the list of faults is not given in the snapshot",
         ),
-        (["--feedthrough", "mass"], "--feedthrough"),
         (
             ["--energy-tolerance", "1e-3"],
             "the choice of steps is Fixed",
