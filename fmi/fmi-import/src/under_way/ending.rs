@@ -75,7 +75,7 @@ extern "C" fn at_exit() {
     // The main thread is the program's; other threads without a slot are an FMU's.
     #[cfg(target_os = "linux")]
     // SAFETY: a function without arguments.
-    let is_main = unsafe { libc::gettid() }.cast_unsigned() == std::process::id();
+    let is_main = unsafe { libc::syscall(libc::SYS_gettid) } == std::process::id().into();
     #[cfg(not(target_os = "linux"))]
     let is_main = true;
     if MAY_EXIT.load(Relaxed) || !is_in_call() || (is_main && own_slot().is_none()) {
