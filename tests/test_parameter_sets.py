@@ -93,7 +93,7 @@ SET = (ROOT / "system/resources/triangular.ssv").read_text()
 
 
 @pytest.mark.parametrize("right, wrong, expected", [
-    ('Integer value="2"', 'Enumeration value="circle"', ["controller.trajectory", "`circle`", "cubic, triangular, external"]),
+    ('Integer value="2"', 'Enumeration value="circle"', ["controller.trajectory", "`circle`", "cubic (1), triangular (2), external (3)"]),
     ('value="2"', 'value="7"', ["trajectory", "7"]),
     ('unit="s"', 'unit="ms"', ["`controller.settle_time` = 4 in `ms`", "it must be in the unit of the variable, `s`"]),
     ('value="4"', 'value="-4"', ["settle_time", "-4 must be from 0"]),
