@@ -178,7 +178,7 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     if args.run.threads.is_none() && plan.resume.is_none() {
         plan.threads_for = Some(experiment.clone());
     }
-    let master = experiment.start_until(&system, Some(stop))?;
+    let master = experiment.start_until(&system, plan.told_stop())?;
     let has_steps = plan.control != StepControl::Fixed;
     let useful = || connected(&system);
     let mut log = args.csv.log(&system, &experiment, has_steps, useful)?;

@@ -40,6 +40,13 @@ impl Plan {
         }
     }
 
+    /// The stop time that FMUs are told, s; None for a run that is saved or resumed, which may go on
+    /// to a later one.
+    pub fn told_stop(&self) -> Option<f64> {
+        let is_whole = self.snapshots.is_empty() && self.resume.is_none();
+        is_whole.then_some(self.stop)
+    }
+
     /// The key of a run of `experiment` on `system` by this plan. Its snapshots may be taken at any
     /// time.
     pub fn key(&self, system: &System, experiment: &Experiment) -> RunKey {

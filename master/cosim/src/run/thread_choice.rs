@@ -49,7 +49,7 @@ pub(crate) fn multi_threaded(
     let run_again = || -> Result<_> {
         let mut experiment = experiment.clone();
         experiment.threads = threads;
-        let mut master = experiment.start_until(system, Some(plan.stop))?;
+        let mut master = experiment.start_until(system, plan.told_stop())?;
         let (mut steps, _) = plan.steps(system, &master)?;
         let mut times = [Duration::ZERO; STEPS];
         for time in &mut times {
