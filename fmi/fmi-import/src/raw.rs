@@ -302,6 +302,7 @@ impl RawInstance {
     }
 
     /// A run begins anew in this process: what there is now is what the FMU must leave.
+    #[cfg(feature = "native")]
     pub(crate) fn begin_anew(&self) {
         Slot::fresh();
     }

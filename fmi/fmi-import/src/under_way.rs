@@ -105,6 +105,7 @@ impl Slot {
     }
 
     /// The same for what is no function of FMI.
+    #[cfg(feature = "native")]
     pub fn call_of(&'static self, who: &CStr, about: &About) -> Call {
         let call = self.call(who);
         note(about);

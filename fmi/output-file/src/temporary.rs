@@ -26,10 +26,14 @@ impl TemporaryFolder {
         let place = std::env::temp_dir();
         ONCE.call_once(|| remove_stale(&place, PREFIX, |path| fs::remove_dir_all(path)));
         let make = |path: &Path| {
-            let mut folder = fs::DirBuilder::new();
             #[cfg(unix)]
-            std::os::unix::fs::DirBuilderExt::mode(&mut folder, 0o700);
-            folder.create(path)?;
+            {
+                let mut folder = fs::DirBuilder::new();
+                std::os::unix::fs::DirBuilderExt::mode(&mut folder, 0o700);
+                folder.create(path)?;
+            }
+            #[cfg(not(unix))]
+            fs::create_dir(path)?;
             // Elsewhere a folder cannot be opened, nor is it found to be stale.
             Ok(File::open(path).ok())
         };
