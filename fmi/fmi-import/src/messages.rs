@@ -188,7 +188,8 @@ mod tests {
     /// warnings hides no failure.
     #[test]
     fn a_flood_is_counted() {
-        let word = |k: u32| String::from_utf8(vec![b'a' + (k % 26) as u8; 1 + k as usize / 26]);
+        // Without `e`, which may belong to a number.
+        let word = |k: u32| String::from_utf8(vec![b'f' + (k % 20) as u8; 1 + k as usize / 20]);
         (0..1000).for_each(|k| add("a", WARNING, &word(k).unwrap()));
         add("a", 3, &"ä".repeat(MAX_TEXT));
         let all = take();
