@@ -13,7 +13,7 @@ use super::{At, Instance};
 #[inline]
 pub(crate) fn are_finite(values: &[f64]) -> bool {
     const LOWEST: u64 = 1 << (f64::MANTISSA_DIGITS - 1);
-    let carried = |value: &f64| value.abs().to_bits() + LOWEST;
+    let carried = |value: &f64| value.abs().to_bits().wrapping_add(LOWEST);
     values.iter().fold(0, |all, value| all | carried(value)) >> 63 == 0
 }
 
