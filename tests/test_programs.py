@@ -107,7 +107,7 @@ def test_the_last_step_ends_at_the_stop_time(machine, tmp_path):
     assert "hdrm.x[1],m" in (tmp_path / "run.units.csv").read_text().splitlines()
 
 
-def test_an_interval_thins_the_rows_and_a_failed_run_leaves_no_file(machine, tmp_path):
+def test_an_interval_thins_the_rows_and_a_failed_run_keeps_its_rows(machine, tmp_path):
     path = tmp_path / "run.csv"
     log = ["--quiet", "--csv", path, "--interval", "0.005"]
     assert call("hdrm-fmu", "run", *machine, *log, *SHORT).returncode == 0
@@ -116,7 +116,9 @@ def test_an_interval_thins_the_rows_and_a_failed_run_leaves_no_file(machine, tmp
     for file in tmp_path.iterdir():
         file.unlink()
     failed = call("hdrm-fmu", "run", *machine, "--quiet", "--csv", path, "--step", "0.01", "--stop-time", "5")
-    assert failed.returncode == 1 and not list(tmp_path.iterdir())
+    assert failed.returncode == 1 and "the rows up to t = " in failed.stderr
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["run.csv", "run.units.csv"]
+    assert 0 < float(path.read_text().splitlines()[-1].split(",")[0]) < 5
 
 
 def test_paths_are_the_shells_and_errors_say_where_was_looked(fmu_dir, tmp_path):

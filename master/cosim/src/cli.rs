@@ -116,10 +116,15 @@ impl SystemArgs {
             let mut all = system.structure.components.iter().zip(&system.fmus);
             let is_other = |(c, fmu): &(&Component, &Arc<Fmu>)| {
                 let is_replaced = replaced.iter().any(|(name, _)| *name == c.name);
-                !is_replaced && !fmu.description.version.starts_with(&wanted.to_string())
+                !is_replaced
+                    && !fmu
+                        .description
+                        .fmi
+                        .to_string()
+                        .starts_with(&wanted.to_string())
             };
             if let Some((c, fmu)) = all.find(is_other) {
-                let version = &fmu.description.version;
+                let version = fmu.description.fmi;
                 bail!(
                     "--fmi {wanted}: the FMU of component `{}` is of FMI {version}",
                     c.name

@@ -92,7 +92,7 @@ impl Layer {
         }
         let kind = Path::new(name).extension();
         let alike = self.archive.names();
-        let alike = alike.filter(|n| Path::new(n).extension() == kind).take(8);
+        let alike = alike.filter(|n| Path::new(n).extension() == kind).take(20);
         let alike = Some(alike.collect::<Vec<_>>().join(", ")).filter(|names| !names.is_empty());
         bail!(
             "`{whole}` holds no {name}; of this kind it has {}",
