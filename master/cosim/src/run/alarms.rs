@@ -3,6 +3,7 @@
 
 use anyhow::Result;
 use fmi_description::Kind;
+use fmi_import::digits::short;
 
 use crate::master::Master;
 use crate::run::signals::Signals;
@@ -58,16 +59,11 @@ impl AlarmWatch {
                     let item = items.find(|item| item.value as f64 == *value);
                     item.map_or(value.to_string(), |item| item.name.clone())
                 }
-                _ => short(*value).to_string(),
+                _ => short(*value),
             };
             let (text, name) = (&alarm.text, system.name(*port));
             let t = short(*t);
             verdict.object(format!("{text}: `{name}` is {shown}, first at t = {t} s"));
         }
     }
-}
-
-/// The number with ten significant digits, without what rounding has left behind.
-fn short(x: f64) -> f64 {
-    format!("{x:.9e}").parse().unwrap_or(x)
 }

@@ -57,8 +57,8 @@ pub fn run(
 /// time.
 ///
 /// # Errors
-/// A failed step, with the divergence that preceded it; [`Interrupted`]; a plan that this system cannot follow; a
-/// snapshot of another run.
+/// A failed step, with the divergence that preceded it; [`Interrupted`]; a plan that this system
+/// cannot follow; a snapshot of another run.
 pub fn run_plan(
     system: &System,
     master: Master,
