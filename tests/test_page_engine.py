@@ -209,7 +209,7 @@ def test_what_is_refused_says_why_and_the_run_goes_on(node):
         "step": "greater than 0 s",
         "fixed": "takes effect by a restart",
         "driven": "the connection from `emla_1.F`",
-        "output": "is an output",
+        "output": "is calculated by its FMU",
         "bound": "emla_1.alpha",
         "watched": "hdrm.nothing",
     }

@@ -15,9 +15,10 @@ use crate::instance::finite::are_finite;
 use crate::instance::{At, Failure, Instance};
 use crate::wiring::{Port, Wiring};
 
-/// Outputs of the kit's FMUs are read at as many first communication points, then at each of which
-/// the number is a multiple.
-const SELDOM: u32 = 64;
+/// Outputs of the kit's FMUs are read at as many first communication points,
+const FIRST: u32 = 64;
+/// then at each whose number is a multiple of this.
+const SELDOM: u32 = 1024;
 
 /// When a value was not finite for the first time, s, and the value.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
@@ -96,7 +97,7 @@ impl Unconnected {
     /// Read the outputs at `t`, s, of the components that have a communication point now. An FMU
     /// that does not let an output be read goes on without: nothing needs the value.
     pub fn read(&mut self, instances: &[Instance], resting: &[bool], t: f64) -> Result<()> {
-        let has_all = self.points < SELDOM || self.points.is_multiple_of(SELDOM);
+        let has_all = self.points < FIRST || self.points.is_multiple_of(SELDOM);
         self.points = self.points.wrapping_add(1);
         let is_read = |one: &UnconnectedRead| {
             !one.has_failed
