@@ -1,6 +1,6 @@
 //! Step size control of `Solver` for methods with a tolerance: steps as long as the error allows.
 
-use super::algorithm::Algorithm;
+use super::algorithm::{Algorithm, Step};
 use super::system::System;
 use super::{Failure, MOST_STEPS, Workspace};
 
@@ -13,16 +13,17 @@ impl Workspace {
     /// The root mean square of `values` relative to the allowed errors of states of magnitude
     /// `|x|`.
     fn norm(&self, x: impl Iterator<Item = f64>, values: impl Iterator<Item = f64>) -> f64 {
-        let sum: f64 = (self.nominal.iter().zip(x).zip(values))
+        let sum: f64 = (self.step.nominal.iter().zip(x).zip(values))
             .map(|((nominal, x), value)| value / (self.tolerance * x.abs().max(*nominal)))
             .map(|ratio| ratio * ratio)
             .sum();
-        (sum / self.nominal.len() as f64).sqrt()
+        (sum / self.step.nominal.len() as f64).sqrt()
     }
 
     /// A first step, s, in which the states change by one per cent of their magnitudes, ≤ `h`.
-    fn first_step(&self, x: &[f64], rate: &[f64], h: f64) -> f64 {
-        let sizes = || (self.nominal.iter().zip(x)).map(|(nominal, x)| nominal.max(x.abs()));
+    fn first_step(&self, rate: &[f64], h: f64) -> f64 {
+        let Step { nominal, x, .. } = &self.step;
+        let sizes = || (nominal.iter().zip(x)).map(|(nominal, x)| nominal.max(x.abs()));
         let size = self.norm(sizes(), sizes());
         let change = self.norm(sizes(), rate.iter().copied());
         (0.01 * size / change).min(h) // infinite if nothing changes
@@ -34,28 +35,30 @@ impl Workspace {
         &mut self,
         method: &mut A,
         system: &mut S,
-        (t, h): (f64, f64),
+        h: f64,
         first: f64,
     ) -> Result<(Option<f64>, f64), Failure<S::Error>> {
-        let (mut s, mut dt, mut most, mut is_new) = (0.0, first, FACTORS[1], true);
+        let (mut dt, mut most, mut is_new) = (first, FACTORS[1], true);
         for _ in 0..MOST_STEPS as u64 {
             if is_new {
-                let about = if dt > 0.0 { dt.min(h) } else { h };
-                let rate = method.begin(system, (t, s, about), &self.x, &self.nominal)?;
+                self.step.dt = if dt > 0.0 { dt.min(h) } else { h };
+                let rate = method.begin(system, &self.step)?;
                 if dt <= 0.0 {
-                    dt = self.first_step(&self.x, rate, h);
+                    dt = self.first_step(rate, h);
                 }
                 self.counts.jacobians += u64::from(A::HAS_JACOBIAN);
             }
             dt = dt.min(self.longest);
+            let s = self.step.s;
             let rest = h - s;
             // Two steps of half the rest rather than a full and a short one.
             let length = if dt >= rest { rest } else { dt.min(0.5 * rest) };
-            let done = method.step(system, (s, length), &self.x, &mut self.end, &mut self.error);
-            let ends = self.x.iter().zip(&self.end);
+            self.step.dt = length;
+            let done = method.step(system, &mut self.step);
+            let ends = self.step.x.iter().zip(&self.step.end);
             let sizes = ends.map(|(a, b)| a.abs().max(b.abs()));
             let norm = match done {
-                Ok(true) => self.norm(sizes, self.error.iter().copied()),
+                Ok(true) => self.norm(sizes, self.step.error.iter().copied()),
                 _ => f64::INFINITY,
             };
             let factor = SAFETY / fifth_root(norm.clamp(1e-30, 1e30));
@@ -64,7 +67,7 @@ impl Workspace {
                 self.counts.rejected += 1;
                 dt = length * factor.max(FACTORS[0]);
                 most = 1.0;
-                if dt < 16.0 * f64::EPSILON * (t + s).abs().max(h) {
+                if dt < 16.0 * f64::EPSILON * (self.step.t + s).abs().max(h) {
                     return Err(done
                         .err()
                         .map_or(Failure::TooShort(s, length), Failure::System));
@@ -74,13 +77,13 @@ impl Workspace {
             let next = length * factor.clamp(FACTORS[0], most);
             dt = if length < dt { dt.max(next) } else { next };
             most = FACTORS[1];
-            if let Some(event) = self.accept_step(method, system, t, (s, length))? {
+            if let Some(event) = self.accept_step(method, system)? {
                 return Ok((Some(event), 0.0)); // the solution may change completely after it
             }
             if length == rest {
                 return Ok((None, dt));
             }
-            s += length;
+            self.step.s += length;
         }
         Err(Failure::TooManySteps(MOST_STEPS, dt))
     }

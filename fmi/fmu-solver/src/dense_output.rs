@@ -1,19 +1,17 @@
 //! Dense output (the states within an internal step), and location of events for the solver.
 
+use super::algorithm::Step;
 use super::system::System;
 
-/// The states within an internal step, as the vectors a, b and c of `x(θ) = x₀ + θ (Δ + (1 − θ) (a
-/// + θ (b + θ c)))`, θ from 0 to 1.
-pub(crate) struct DenseOutput(pub(crate) [Vec<f64>; 3]);
-
-impl DenseOutput {
-    /// The states `x` at `theta`, between those at the ends of the step.
-    fn at(&self, theta: f64, [start, end]: [&[f64]; 2], x: &mut [f64]) {
-        let [a, b, c] = &self.0;
-        for (i, x) in x.iter_mut().enumerate() {
+impl Step {
+    /// Writes the states at `theta` in place of the errors; returns them.
+    fn interpolate(&mut self, theta: f64) -> &[f64] {
+        let ([a, b, c], start, end) = (&self.dense, &self.x, &self.end);
+        for (i, x) in self.error.iter_mut().enumerate() {
             let inner = a[i] + theta * (b[i] + theta * c[i]);
             *x = start[i] + theta * (end[i] - start[i] + (1.0 - theta) * inner);
         }
+        &self.error
     }
 }
 
@@ -36,19 +34,17 @@ impl Indicators {
         self.0[0].iter().zip(&self.0[1]).any(changes)
     }
 
-    /// The first θ in the step `(s, dt)` at which the sign of an indicator has changed, to within
-    /// `resolution`, and the states `x` there. It lies just after the change, so that integration
-    /// from there does not find the same event again.
+    /// The first θ in the step at which the sign of an indicator has changed, to within
+    /// `resolution`; the step then has the states there. It lies just after the change, so that
+    /// integration from there does not find the same event again.
     ///
     /// Regula falsi with the Illinois modification, for the indicator that is predicted to cross
     /// zero first; every fourth iteration bisects, for indicators for which it converges slowly.
     pub(crate) fn locate<S: System>(
         &mut self,
         system: &mut S,
-        (s, dt): (f64, f64),
+        step: &mut Step,
         resolution: f64,
-        (dense, ends): (&DenseOutput, [&[f64]; 2]),
-        x: &mut [f64],
     ) -> Result<f64, S::Error> {
         let [start, end, at_low, at_high, middle] = &mut self.0;
         at_low.copy_from_slice(start);
@@ -62,8 +58,8 @@ impl Indicators {
                 _ => first_crossing(at_low, at_high).clamp(least, 1.0 - least),
             };
             let theta = low + share * (high - low);
-            dense.at(theta, ends, x);
-            system.indicators(s + theta * dt, x, middle)?;
+            let s = step.s + theta * step.dt;
+            system.indicators(s, step.interpolate(theta), middle)?;
             let is_low = !start.iter().zip(&*middle).any(changes);
             let (place, near, far) = match is_low {
                 true => (&mut low, &mut *at_low, &mut *at_high),
@@ -75,7 +71,7 @@ impl Indicators {
                 far.iter_mut().for_each(|z| *z *= 0.5);
             }
         }
-        dense.at(high, ends, x);
+        step.interpolate(high);
         Ok(high)
     }
 }

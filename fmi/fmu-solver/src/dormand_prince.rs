@@ -1,8 +1,7 @@
 //! The explicit Runge–Kutta method of Dormand and Prince (1980), for `Method::Adaptive`: order 5,
 //! with an error estimate and dense output of order 4.
 
-use super::algorithm::{Algorithm, add, vectors};
-use super::dense_output::DenseOutput;
+use super::algorithm::{Algorithm, Step, add, vectors};
 use super::system::System;
 
 /// Coefficients as in Hairer, Nørsett, Wanner, *Solving Ordinary Differential Equations I*, table
@@ -39,31 +38,19 @@ impl DormandPrince {
 }
 
 impl Algorithm for DormandPrince {
-    fn begin<S: System>(
-        &mut self,
-        system: &mut S,
-        (_t, s, _dt): (f64, f64, f64),
-        x: &[f64],
-        _nominal: &[f64],
-    ) -> Result<&[f64], S::Error> {
-        if s > 0.0 {
+    fn begin<S: System>(&mut self, system: &mut S, step: &Step) -> Result<&[f64], S::Error> {
+        if step.s > 0.0 {
             self.0.swap(0, 6); // the last stage of the previous step
         } else {
-            system.derivative(s, x, &mut self.0[0])?;
+            system.derivative(step.s, &step.x, &mut self.0[0])?;
         }
         Ok(&self.0[0])
     }
 
-    fn step<S: System>(
-        &mut self,
-        system: &mut S,
-        (s, dt): (f64, f64),
-        x: &[f64],
-        end: &mut [f64],
-        error: &mut [f64],
-    ) -> Result<bool, S::Error> {
+    fn step<S: System>(&mut self, system: &mut S, step: &mut Step) -> Result<bool, S::Error> {
+        let (s, dt, end, error) = (step.s, step.dt, &mut step.end, &mut step.error);
         for (k, (row, c)) in A.iter().zip(C).enumerate() {
-            end.copy_from_slice(x);
+            end.copy_from_slice(&step.x);
             add(end, row.iter().map(|a| dt * a), &self.0);
             system.derivative(s + c * dt, end, &mut self.0[k + 1])?;
         }
@@ -72,17 +59,12 @@ impl Algorithm for DormandPrince {
         Ok(true)
     }
 
-    fn dense_output<S: System>(
-        &mut self,
-        _system: &mut S,
-        (_s, dt): (f64, f64),
-        [x, end]: [&[f64]; 2],
-        DenseOutput([a, b, c]): &mut DenseOutput,
-    ) -> Result<(), S::Error> {
+    fn dense_output<S: System>(&mut self, _: &mut S, step: &mut Step) -> Result<(), S::Error> {
+        let ([a, b, c], dt) = (&mut step.dense, step.dt);
         c.fill(0.0);
         add(c, D.map(|d| -dt * d), &self.0);
-        for i in 0..x.len() {
-            let change = end[i] - x[i];
+        for (i, (x, end)) in step.x.iter().zip(&step.end).enumerate() {
+            let change = end - x;
             a[i] = dt * self.0[0][i] - change;
             b[i] = change - dt * self.0[6][i] - a[i] - c[i];
         }

@@ -26,8 +26,8 @@ mod system;
 pub use sparsity_pattern::SparsityPattern;
 pub use system::System;
 
-use algorithm::{Algorithm, vectors};
-use dense_output::{DenseOutput, Indicators};
+use algorithm::{Algorithm, Step, vectors};
+use dense_output::Indicators;
 use dormand_prince::DormandPrince;
 use rosenbrock::Rosenbrock;
 use runge_kutta::RungeKutta;
@@ -115,16 +115,10 @@ enum AnyAlgorithm {
 
 /// The workspace that all methods share.
 struct Workspace {
-    nominal: Vec<f64>,
     tolerance: f64,
     /// Maximum length of an internal step, s.
     longest: f64,
-    /// States at the start and the end of an internal step.
-    x: Vec<f64>,
-    end: Vec<f64>,
-    /// The estimated errors of an internal step, later the states at an event in it.
-    error: Vec<f64>,
-    dense_output: DenseOutput,
+    step: Step,
     indicators: Indicators,
     counts: Counts,
 }
@@ -144,13 +138,18 @@ impl Solver {
                 Method::Stiff(pattern) => AnyAlgorithm::Stiff(Box::new(Rosenbrock::new(pattern))),
             },
             workspace: Workspace {
-                nominal,
                 tolerance: TOLERANCE,
                 longest,
-                x,
-                end,
-                error,
-                dense_output: DenseOutput(vectors(if indicators > 0 { n } else { 0 })),
+                step: Step {
+                    t: 0.0,
+                    s: 0.0,
+                    dt: 0.0,
+                    nominal,
+                    x,
+                    end,
+                    error,
+                    dense: vectors(if indicators > 0 { n } else { 0 }),
+                },
                 indicators: Indicators(vectors(indicators)),
                 counts: Counts::default(),
             },
@@ -186,46 +185,48 @@ impl Solver {
         first: &mut f64,
     ) -> Result<Option<f64>, Failure<S::Error>> {
         let workspace = &mut self.workspace;
-        workspace.x.copy_from_slice(x);
+        workspace.step.x.copy_from_slice(x);
+        (workspace.step.t, workspace.step.s) = (t, 0.0);
         if !workspace.indicators.is_empty() {
             system.indicators(0.0, x, &mut workspace.indicators.0[0])?;
         }
         let (event, next) = match &mut self.algorithm {
-            AnyAlgorithm::Fixed(method) => (workspace.fixed_steps(method, system, (t, h))?, *first),
+            AnyAlgorithm::Fixed(method) => (workspace.fixed_steps(method, system, h)?, *first),
             AnyAlgorithm::Adaptive(method) => {
-                workspace.adaptive_steps(method, system, (t, h), *first)?
+                workspace.adaptive_steps(method, system, h, *first)?
             }
             AnyAlgorithm::Stiff(method) => {
-                workspace.adaptive_steps(&mut **method, system, (t, h), *first)?
+                workspace.adaptive_steps(&mut **method, system, h, *first)?
             }
         };
-        if let Some((state, value)) = workspace.x.iter().enumerate().find(|(_, x)| !x.is_finite()) {
+        let end = &workspace.step.x;
+        if let Some((state, value)) = end.iter().enumerate().find(|(_, x)| !x.is_finite()) {
             return Err(Failure::NotFinite(state, *value));
         }
-        x.copy_from_slice(&workspace.x);
+        x.copy_from_slice(end);
         *first = next;
         Ok(event)
     }
 }
 
 impl Workspace {
-    /// Advances in equal internal steps to `t` + `h`, or to the first event.
+    /// Advances in equal internal steps to the end of the communication step, or to the first event.
     fn fixed_steps<A: Algorithm, S: System>(
         &mut self,
         method: &mut A,
         system: &mut S,
-        (t, h): (f64, f64),
+        h: f64,
     ) -> Result<Option<f64>, Failure<S::Error>> {
         let steps = (h / self.longest).ceil();
         if steps > MOST_STEPS {
             return Err(Failure::TooManySteps(steps, self.longest));
         }
-        let dt = h / steps;
+        self.step.dt = h / steps;
         for k in 0..steps as u32 {
-            let s = f64::from(k) * dt;
-            method.begin(system, (t, s, dt), &self.x, &self.nominal)?;
-            method.step(system, (s, dt), &self.x, &mut self.end, &mut self.error)?;
-            if let Some(event) = self.accept_step(method, system, t, (s, dt))? {
+            self.step.s = f64::from(k) * self.step.dt;
+            method.begin(system, &self.step)?;
+            method.step(system, &mut self.step)?;
+            if let Some(event) = self.accept_step(method, system)? {
                 return Ok(Some(event));
             }
         }
@@ -237,25 +238,23 @@ impl Workspace {
         &mut self,
         method: &mut A,
         system: &mut S,
-        t: f64,
-        (s, dt): (f64, f64),
     ) -> Result<Option<f64>, Failure<S::Error>> {
         self.counts.steps += 1;
-        let (step, indicators, dense) = ((s, dt), &mut self.indicators, &mut self.dense_output);
+        let (step, indicators) = (&mut self.step, &mut self.indicators);
+        let Step { t, s, dt, .. } = *step;
         if !indicators.is_empty() {
-            system.indicators(s + dt, &self.end, &mut indicators.0[1])?;
+            system.indicators(s + dt, &step.end, &mut indicators.0[1])?;
             if indicators.has_event() {
-                let ends = [&self.x[..], &self.end[..]];
-                method.dense_output(system, step, ends, dense)?;
+                method.dense_output(system, step)?;
                 // As finely as rounded times can be distinguished.
                 let finest = 4.0 * f64::EPSILON * (t.abs() + s + dt) / dt;
-                let at = indicators.locate(system, step, finest, (dense, ends), &mut self.error)?;
-                std::mem::swap(&mut self.x, &mut self.error);
+                let at = indicators.locate(system, step, finest)?;
+                std::mem::swap(&mut step.x, &mut step.error);
                 return Ok(Some(s + at * dt));
             }
             indicators.0.swap(0, 1);
         }
-        std::mem::swap(&mut self.x, &mut self.end);
+        std::mem::swap(&mut step.x, &mut step.end);
         Ok(None)
     }
 }

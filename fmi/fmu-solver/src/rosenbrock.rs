@@ -6,9 +6,8 @@
 //! (2023): order 5 with an error estimate of order 4, L-stable, of order 4 for parabolic equations,
 //! for which other methods lose order. Its dense output is of order 4.
 
-use super::algorithm::{Algorithm, add, vectors};
+use super::algorithm::{Algorithm, Step, add, vectors};
 use super::band_matrix::BandMatrix;
-use super::dense_output::DenseOutput;
 use super::sparsity_pattern::SparsityPattern;
 use super::system::System;
 
@@ -93,13 +92,8 @@ impl Rosenbrock {
     }
 
     /// Computes the Jacobian by groups of columns: with directional derivatives or differences.
-    fn differentiate<S: System>(
-        &mut self,
-        system: &mut S,
-        s: f64,
-        x: &[f64],
-        nominal: &[f64],
-    ) -> Result<(), S::Error> {
+    fn differentiate<S: System>(&mut self, system: &mut S, step: &Step) -> Result<(), S::Error> {
+        let Step { s, x, nominal, .. } = step;
         let Self {
             seed,
             right,
@@ -109,13 +103,13 @@ impl Rosenbrock {
         for group in &self.groups {
             seed.fill(0.0);
             group.iter().for_each(|&j| seed[j] = 1.0);
-            let is_exact = system.directional(s, x, seed, right)?;
+            let is_exact = system.directional(*s, x, seed, right)?;
             if !is_exact {
                 seed.copy_from_slice(x);
                 for &j in group {
                     seed[j] += AWAY * x[j].abs().max(nominal[j]);
                 }
-                system.derivative(s, seed, right)?;
+                system.derivative(*s, seed, right)?;
             }
             for &j in group {
                 for (place, i) in self.pattern.column(j) {
@@ -146,13 +140,10 @@ impl Rosenbrock {
 impl Algorithm for Rosenbrock {
     const HAS_JACOBIAN: bool = true;
 
-    fn begin<S: System>(
-        &mut self,
-        system: &mut S,
-        (t, s, dt): (f64, f64, f64),
-        x: &[f64],
-        nominal: &[f64],
-    ) -> Result<&[f64], S::Error> {
+    fn begin<S: System>(&mut self, system: &mut S, step: &Step) -> Result<&[f64], S::Error> {
+        let &Step {
+            t, s, dt, ref x, ..
+        } = step;
         let [rate, dot] = &mut self.rates;
         system.derivative(s, x, rate)?;
         let later = (s + (LATER[0] * dt).max(LATER[1] * (t + s).abs())) - s;
@@ -160,25 +151,19 @@ impl Algorithm for Rosenbrock {
         dot.iter_mut()
             .zip(&*rate)
             .for_each(|(dot, rate)| *dot = (*dot - rate) / later);
-        self.differentiate(system, s, x, nominal)?;
+        self.differentiate(system, step)?;
         Ok(&self.rates[0])
     }
 
-    fn step<S: System>(
-        &mut self,
-        system: &mut S,
-        (s, dt): (f64, f64),
-        x: &[f64],
-        end: &mut [f64],
-        error: &mut [f64],
-    ) -> Result<bool, S::Error> {
+    fn step<S: System>(&mut self, system: &mut S, step: &mut Step) -> Result<bool, S::Error> {
+        let (s, dt, end) = (step.s, step.dt, &mut step.end);
         if !self.factorize(dt) {
             return Ok(false);
         }
         for k in 0..8 {
             match A.get(k) {
                 Some(row) => {
-                    end.copy_from_slice(x);
+                    end.copy_from_slice(&step.x);
                     add(end, row.iter().copied(), &self.stages);
                 }
                 None => add(end, [1.0], &self.stages[k - 1..]),
@@ -197,19 +182,13 @@ impl Algorithm for Rosenbrock {
                 *stage = self.ordered[*place];
             }
         }
-        error.copy_from_slice(&self.stages[7]);
+        step.error.copy_from_slice(&self.stages[7]);
         add(end, [1.0], &self.stages[7..]);
         Ok(true)
     }
 
-    fn dense_output<S: System>(
-        &mut self,
-        _system: &mut S,
-        _step: (f64, f64),
-        _ends: [&[f64]; 2],
-        to: &mut DenseOutput,
-    ) -> Result<(), S::Error> {
-        for (to, row) in to.0.iter_mut().zip(H) {
+    fn dense_output<S: System>(&mut self, _: &mut S, step: &mut Step) -> Result<(), S::Error> {
+        for (to, row) in step.dense.iter_mut().zip(H) {
             to.fill(0.0);
             add(to, row, &self.stages);
         }

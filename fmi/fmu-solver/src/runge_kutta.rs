@@ -1,7 +1,6 @@
 //! The classical Runge–Kutta method of order 4, for `Method::Fixed`, without an error estimate.
 
-use super::algorithm::{Algorithm, add, vectors};
-use super::dense_output::DenseOutput;
+use super::algorithm::{Algorithm, Step, add, vectors};
 use super::system::System;
 
 /// The rates of the four stages.
@@ -14,25 +13,14 @@ impl RungeKutta {
 }
 
 impl Algorithm for RungeKutta {
-    fn begin<S: System>(
-        &mut self,
-        system: &mut S,
-        (_t, s, _dt): (f64, f64, f64),
-        x: &[f64],
-        _nominal: &[f64],
-    ) -> Result<&[f64], S::Error> {
-        system.derivative(s, x, &mut self.0[0])?;
+    fn begin<S: System>(&mut self, system: &mut S, step: &Step) -> Result<&[f64], S::Error> {
+        system.derivative(step.s, &step.x, &mut self.0[0])?;
         Ok(&self.0[0])
     }
 
-    fn step<S: System>(
-        &mut self,
-        system: &mut S,
-        (s, dt): (f64, f64),
-        x: &[f64],
-        end: &mut [f64],
-        _error: &mut [f64],
-    ) -> Result<bool, S::Error> {
+    fn step<S: System>(&mut self, system: &mut S, step: &mut Step) -> Result<bool, S::Error> {
+        let Step { s, dt, x, end, .. } = step;
+        let (s, dt) = (*s, *dt);
         for (k, share) in [0.5, 0.5, 1.0].into_iter().enumerate() {
             end.copy_from_slice(x);
             add(end, [share * dt], &self.0[k..]);
@@ -44,17 +32,12 @@ impl Algorithm for RungeKutta {
     }
 
     /// The cubic Hermite interpolation, of order 3.
-    fn dense_output<S: System>(
-        &mut self,
-        system: &mut S,
-        (s, dt): (f64, f64),
-        [x, end]: [&[f64]; 2],
-        DenseOutput([a, b, _]): &mut DenseOutput,
-    ) -> Result<(), S::Error> {
+    fn dense_output<S: System>(&mut self, system: &mut S, step: &mut Step) -> Result<(), S::Error> {
         let [start_rate, end_rate, ..] = &mut self.0;
-        system.derivative(s + dt, end, end_rate)?;
-        for i in 0..x.len() {
-            let change = end[i] - x[i];
+        let ([a, b, _], dt, end) = (&mut step.dense, step.dt, &step.end);
+        system.derivative(step.s + dt, end, end_rate)?;
+        for (i, x) in step.x.iter().enumerate() {
+            let change = end[i] - x;
             a[i] = dt * start_rate[i] - change;
             b[i] = change - dt * end_rate[i] - a[i];
         }
