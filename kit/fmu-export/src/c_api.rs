@@ -2,7 +2,6 @@
 //! call order, the list of a version's functions, logging, instantiation and model descriptions.
 //! The modules `fmi2` and `fmi3` add what differs between the versions.
 
-pub(crate) mod answer;
 pub(crate) mod arguments;
 pub(crate) mod call_order;
 pub(crate) mod description;
@@ -13,4 +12,5 @@ pub(crate) mod functions;
 pub(crate) mod library;
 pub(crate) mod log;
 mod saved_states;
+pub mod status;
 mod texts;

@@ -1,9 +1,9 @@
 //! What an importer's handle points to, and [`enter`], through which all functions of `fmi2` and
 //! `fmi3` reach an instance: it checks handle and call order, catches panics, sends messages.
 
-use super::answer::Answer;
 use super::call_order::{COMMON_STATES, CS, Call, LOST, ME, ME_STATES};
 use super::log::{Log, Logger};
+use super::status::Status;
 use crate::core::exclusive::{Exclusive, ExclusiveRef};
 use crate::core::fault::{self, Fault};
 use crate::core::instance::Instance;
@@ -16,8 +16,6 @@ use std::sync::Arc;
 
 /// A version of FMI: what it adds to an instance, and its names for types and states.
 pub(crate) trait Version: Sized + 'static {
-    /// Its status type.
-    type Status: From<Answer>;
     /// Its logger.
     type Logger: Logger;
     /// Its name, padded with zeros.
@@ -61,27 +59,27 @@ pub(crate) unsafe fn enter<M: Model, V: Version>(
     c: *mut c_void,
     call: Call,
     f: impl FnOnce(&mut FmiInstance<M, V>) -> Result<(), Fault>,
-) -> V::Status {
+) -> Status {
     // SAFETY: forwarded.
     let guard = unsafe { c.cast::<Exclusive<FmiInstance<M, V>>>().as_ref() };
     let Some(mut fmi) = guard.and_then(Exclusive::enter) else {
-        return Answer::Error.into();
+        return Status::Error;
     };
     let result = panic::catch(|| {
         let done = check_order(&fmi, call).and_then(|()| f(&mut fmi));
         match done {
-            Ok(()) => Answer::Ok,
+            Ok(()) => Status::Ok,
             Err(fault) => report_fault(&mut fmi, call, fault),
         }
     });
-    let answer = match result {
-        Ok(answer) => answer,
+    let status = match result {
+        Ok(status) => status,
         Err(panic) => report_panic(&mut fmi, call, panic),
     };
     if !fmi.instance.messages.is_empty() {
-        send(fmi, answer);
+        send(fmi, status);
     }
-    answer.into()
+    status
 }
 
 /// Refuses a call that is not allowed in the instance's state or for its interface.
@@ -139,17 +137,17 @@ fn report_fault<M: Model, V: Version>(
     fmi: &mut FmiInstance<M, V>,
     call: Call,
     fault: Fault,
-) -> Answer {
+) -> Status {
     let instance = &mut fmi.instance;
-    let (kind, answer, text) = match fault {
-        Fault::Refused(text) => (Kind::Refused, Answer::Error, text),
-        Fault::Discarded(text) => (Kind::Discarded, Answer::Discard, text),
+    let (kind, status, text) = match fault {
+        Fault::Refused(text) => (Kind::Refused, Status::Error, text),
+        Fault::Discarded(text) => (Kind::Discarded, Status::Discard, text),
         Fault::Unknown(number) if V::TIME == Some(number) => {
             let real = V::NAMES.real;
             let text = format!(
                 "value reference {number} is `time`, the independent variable; it can only be read, as {real}"
             );
-            (Kind::Refused, Answer::Error, text)
+            (Kind::Refused, Status::Error, text)
         }
         Fault::Unknown(number) => {
             let last = instance.layout.len().saturating_sub(1);
@@ -159,11 +157,11 @@ fn report_fault<M: Model, V: Version>(
                 "one of the model description".to_owned()
             };
             let text = format!("unknown value reference {number}; it must be {known}");
-            (Kind::Refused, Answer::Error, text)
+            (Kind::Refused, Status::Error, text)
         }
     };
     instance.report(kind, format!("{}: {text}", call.name));
-    answer
+    status
 }
 
 /// After a panic: this instance is unusable until a reset or a restored state; others go on.
@@ -172,7 +170,7 @@ fn report_panic<M: Model, V: Version>(
     fmi: &mut FmiInstance<M, V>,
     call: Call,
     panic: Panic,
-) -> Answer {
+) -> Status {
     fmi.instance.lost = true;
     let text = format!(
         "{}: {}; the instance needs {}",
@@ -181,17 +179,17 @@ fn report_panic<M: Model, V: Version>(
         V::RECOVERY
     );
     fmi.instance.report(Kind::Refused, text);
-    Answer::Error
+    Status::Error
 }
 
 /// Sends the queued messages once the instance is no longer in use: the logger may call back.
 #[cold]
 pub(crate) fn send<M: Model, V: Version>(
     mut fmi: ExclusiveRef<'_, FmiInstance<M, V>>,
-    answer: Answer,
+    status: Status,
 ) {
     let messages: Vec<Message> = std::mem::take(&mut fmi.instance.messages);
     let log = Arc::clone(&fmi.log);
     drop(fmi);
-    log.send(&messages, answer);
+    log.send(&messages, status);
 }

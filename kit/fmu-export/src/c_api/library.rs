@@ -1,11 +1,11 @@
 //! Instantiation in `fmi2` and `fmi3`: what all instances of a library share, the arguments of an
 //! instantiation, and how an instance is made and freed.
 
-use super::answer::Answer;
 use super::call_order::{INTERMEDIATE_UPDATE, ME};
 use super::description::hash;
 use super::fmi_instance::{FmiInstance, Version};
 use super::log::Log;
+use super::status::Status;
 use crate::Model;
 use crate::core::exclusive::Exclusive;
 use crate::core::instance::Instance;
@@ -126,14 +126,14 @@ impl<V: Version> Request<'_, V> {
             prepare(&mut fmi)?;
             Ok(Box::new(Exclusive::new(fmi)))
         });
-        let (instance, answer) = match made.unwrap_or_else(|panic| Err(panic.describe())) {
-            Ok(fmi) => (Box::into_raw(fmi).cast(), Answer::Ok),
+        let (instance, status) = match made.unwrap_or_else(|panic| Err(panic.describe())) {
+            Ok(fmi) => (Box::into_raw(fmi).cast(), Status::Ok),
             Err(reason) => {
                 messages.push(refusal(function, &reason));
-                (ptr::null_mut(), Answer::Error)
+                (ptr::null_mut(), Status::Error)
             }
         };
-        log.send(&messages, answer);
+        log.send(&messages, status);
         instance
     }
 }

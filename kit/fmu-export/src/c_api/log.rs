@@ -1,7 +1,7 @@
 //! The log of an instance of `fmi2` or `fmi3`: the log categories, which of them the importer has
 //! enabled, and sending messages to the importer's logger.
 
-use super::answer::Answer;
+use super::status::Status;
 use crate::core::log::{Categories, LogFilter, STANDARD, number};
 use crate::core::message::{Kind, Level, Message};
 use std::ffi::{CStr, CString};
@@ -52,20 +52,18 @@ pub(crate) struct Log<L> {
 
 /// The importer's logger callback in a version of FMI.
 pub(crate) trait Logger: Send + Sync {
-    /// The status type of the version.
-    type Status;
     /// The category of warnings includes warnings in the model's own categories.
     const WARNINGS_INCLUDE_MODEL: bool;
 
     /// Whether the importer has given one.
     fn is_available(&self) -> bool;
 
-    /// The status of a message from a call that returns `answer`.
-    fn status(kind: Kind, answer: Answer) -> Self::Status;
+    /// The status of a message from a call that returns `returned`.
+    fn status(kind: Kind, returned: Status) -> Status;
 
     /// Calls the logger, which may call functions of the instance, and free it. A C++ exception may
     /// leave the logger and unwinds through here; longjmp may not.
-    fn log(&self, status: Self::Status, category: &CStr, text: &str);
+    fn log(&self, status: Status, category: &CStr, text: &str);
 }
 
 impl<L: Logger> Log<L> {
@@ -132,7 +130,7 @@ impl<L: Logger> Log<L> {
 
     /// Sends the messages whose category is enabled, until the logger frees the instance. The
     /// caller holds no reference to the instance meanwhile, because the logger may not return.
-    pub(crate) fn send(&self, messages: &[Message], answer: Answer) {
+    pub(crate) fn send(&self, messages: &[Message], returned: Status) {
         if !self.logger.is_available() {
             return;
         }
@@ -145,7 +143,7 @@ impl<L: Logger> Log<L> {
             if self.is_closed.load(Ordering::Relaxed) {
                 return;
             }
-            let status = L::status(message.kind, answer);
+            let status = L::status(message.kind, returned);
             self.logger.log(status, &category, &message.text);
         }
     }

@@ -3,6 +3,7 @@
 //! Enumerations that the importer passes are plain `c_int`, because a value outside a Rust
 //! enumeration would be undefined behaviour.
 
+pub use crate::c_api::status::Status;
 pub use std::ffi::{c_char, c_int, c_uint, c_void};
 
 /// `fmi2Component`.
@@ -23,26 +24,6 @@ pub type Boolean = c_int;
 pub type Str = *const c_char;
 /// `fmi2Byte`.
 pub type Byte = c_char;
-
-/// `fmi2Status`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
-    /// The call succeeded.
-    Ok = 0,
-    /// Never returned, only logged: importers abort on it.
-    Warning = 1,
-    /// A step could not be done, a value is out of bounds, or there is no such status; the instance
-    /// is as before. Or the step was done in part (fmi2LastSuccessfulTime).
-    Discard = 2,
-    /// The call was wrong and the instance is as before; or a panic has made it unusable until a
-    /// reset or a restored state.
-    Error = 3,
-    /// Never returned: it would mean that all instances are corrupt.
-    Fatal = 4,
-    /// Never returned: steps are synchronous.
-    Pending = 5,
-}
 
 /// `fmi2Type`: `fmi2CoSimulation`.
 pub const CO_SIMULATION: c_int = 1;

@@ -4,7 +4,6 @@
 use super::ffi::Status;
 use super::log::{self, Log, Logger};
 use crate::Model;
-use crate::c_api::answer::Answer;
 use crate::c_api::call_order::{self, *};
 use crate::c_api::fmi_instance::{self, Version};
 use crate::core::fault::Fault;
@@ -23,7 +22,6 @@ pub(crate) struct Fmi2 {
 pub(crate) type Fmi2Instance<M> = fmi_instance::FmiInstance<M, Fmi2>;
 
 impl Version for Fmi2 {
-    type Status = Status;
     type Logger = Logger;
     const NAME: [u8; 4] = *b"2.0\0";
     const NAMES: TypeNames = TypeNames::PLAIN;
@@ -45,17 +43,6 @@ impl Version for Fmi2 {
 
     fn switch_log(log: &Log, on: bool, categories: &[&str]) -> Result<u32, Fault> {
         Ok(log::switch_log(log, on, categories))
-    }
-}
-
-impl From<Answer> for Status {
-    #[inline]
-    fn from(answer: Answer) -> Self {
-        match answer {
-            Answer::Ok => Status::Ok,
-            Answer::Discard => Status::Discard,
-            Answer::Error => Status::Error,
-        }
     }
 }
 

@@ -1,7 +1,6 @@
 //! Logging in FMI 2.0, for all its functions: fmi2SetDebugLogging and the importer's logger.
 
 use super::ffi::{CallbackFunctions, CallbackLogger, ComponentEnvironment, Status};
-use crate::c_api::answer::Answer;
 use crate::c_api::log::{self, ALL, REFUSED, WARNING, c_string};
 use crate::core::log::Categories;
 use crate::core::message::{Kind, Level};
@@ -51,7 +50,6 @@ pub(crate) fn switch_log(log: &Log, on: bool, categories: &[&str]) -> u32 {
 }
 
 impl log::Logger for Logger {
-    type Status = Status;
     const WARNINGS_INCLUDE_MODEL: bool = true;
 
     fn is_available(&self) -> bool {
@@ -59,7 +57,7 @@ impl log::Logger for Logger {
     }
 
     /// Each kind of message has its own status, whatever the call returns.
-    fn status(kind: Kind, _answer: Answer) -> Status {
+    fn status(kind: Kind, _returned: Status) -> Status {
         match kind {
             Kind::Event | Kind::Model(Level::Info, _) => Status::Ok,
             Kind::Warning | Kind::Model(Level::Warning, _) => Status::Warning,

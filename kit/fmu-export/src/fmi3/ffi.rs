@@ -4,6 +4,7 @@
 //! Rust type would be undefined behaviour.
 
 pub use crate::c_api::files::ReceiveFile;
+pub use crate::c_api::status::Status;
 pub use std::ffi::{c_char, c_int, c_void};
 
 /// `fmi3Instance`.
@@ -22,23 +23,6 @@ pub type Str = *const c_char;
 pub type Byte = u8;
 /// `fmi3Binary`.
 pub type Binary = *const Byte;
-
-/// `fmi3Status`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
-    /// The call succeeded.
-    Ok = 0,
-    /// Never returned: importers abort on it.
-    Warning = 1,
-    /// A value is out of its bounds or a step could not be done; the instance is as before.
-    Discard = 2,
-    /// The call was wrong and the instance is as before; or a panic has made it unusable until a
-    /// reset or a restored state.
-    Error = 3,
-    /// Never returned: it would mean that all instances are corrupt.
-    Fatal = 4,
-}
 
 /// `fmi3DependencyKind`: `fmi3Dependent`.
 pub const DEPENDENT: c_int = 5;

@@ -3,7 +3,6 @@
 use super::ffi::*;
 use super::log::{self, Log, Logger};
 use super::states::{STATES, STEP_MODE_AFTER_SET};
-use crate::c_api::answer::Answer;
 use crate::c_api::call_order::{self, INTERMEDIATE_UPDATE, ME, STEP_MODE};
 use crate::c_api::fmi_instance::{self, Version};
 use crate::core::fault::{Fault, refuse};
@@ -53,7 +52,6 @@ pub(crate) const NAMES: TypeNames = TypeNames {
 };
 
 impl Version for Fmi3 {
-    type Status = Status;
     type Logger = Logger;
     const NAME: [u8; 4] = *b"3.0\0";
     const NAMES: TypeNames = NAMES;
@@ -71,17 +69,6 @@ impl Version for Fmi3 {
 
     fn switch_log(log: &Log, on: bool, categories: &[&str]) -> Result<u32, Fault> {
         log::switch_log(log, on, categories)
-    }
-}
-
-impl From<Answer> for Status {
-    #[inline]
-    fn from(answer: Answer) -> Self {
-        match answer {
-            Answer::Ok => Status::Ok,
-            Answer::Discard => Status::Discard,
-            Answer::Error => Status::Error,
-        }
     }
 }
 

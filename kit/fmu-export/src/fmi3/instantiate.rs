@@ -5,7 +5,6 @@ use super::ffi::*;
 use super::instance::{Fmi3, Update};
 use super::log;
 use crate::Model;
-use crate::c_api::answer::Answer;
 use crate::c_api::arguments::array;
 use crate::c_api::call_order::{CS, ME, STEP_MODE};
 use crate::c_api::export::Exported;
@@ -171,7 +170,7 @@ pub unsafe fn refuse_instantiation<X: Exported>(
             "this FMU offers Co-Simulation and Model Exchange; it must be instantiated for one of them"
         }
     };
-    log.send(&[refusal(function, reason)], Answer::Error);
+    log.send(&[refusal(function, reason)], Status::Error);
     ptr::null_mut()
 }
 

@@ -2,7 +2,6 @@
 //! (2.3.1) with plain text, if logging is on, and with no worse status than the function returns.
 
 use super::ffi::{InstanceEnvironment, LogMessage, Status};
-use crate::c_api::answer::Answer;
 use crate::c_api::log::{self, ALL, CATEGORIES, c_string};
 use crate::core::fault::{Fault, refuse};
 use crate::core::log::Categories;
@@ -55,17 +54,16 @@ pub(crate) fn switch_log(log: &Log, on: bool, names: &[&str]) -> Result<u32, Fau
 }
 
 impl log::Logger for Logger {
-    type Status = Status;
     const WARNINGS_INCLUDE_MODEL: bool = false;
 
     fn is_available(&self) -> bool {
         self.callback.is_some()
     }
 
-    fn status(kind: Kind, answer: Answer) -> Status {
+    fn status(kind: Kind, returned: Status) -> Status {
         match kind {
-            Kind::Discarded | Kind::Refused => Status::from(answer),
-            Kind::Warning if answer != Answer::Ok => Status::Warning,
+            Kind::Discarded | Kind::Refused => returned,
+            Kind::Warning if returned != Status::Ok => Status::Warning,
             _ => Status::Ok,
         }
     }
