@@ -9,9 +9,10 @@ use super::message::{Kind, Message};
 use super::phase::Phase;
 use super::sizes;
 use super::solver_workspace::SolverWorkspace;
-use super::state::{Identity, Saved, State};
+use super::state::{Identity, State};
 use super::storage::TypeNames;
 use crate::{Evaluation, Model, ModelError};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 
 /// An instance, without what the C interface adds.
@@ -38,7 +39,8 @@ pub(crate) struct Instance<M: Model> {
     pub(crate) workspace: SolverWorkspace<M, M::Input>,
     /// Derivatives and event indicators, for Model Exchange.
     pub(crate) equation_cache: EquationCache<M>,
-    pub(crate) saved: Saved<M>,
+    /// Saved states by handle.
+    pub(crate) saved: BTreeMap<usize, Box<State<M>>>,
     /// Messages that were not sent yet.
     pub(crate) messages: Vec<Message>,
     /// Which of the model's messages the importer has enabled.
@@ -71,7 +73,7 @@ impl<M: Model> Instance<M> {
             output_is_valid: false,
             workspace: SolverWorkspace::default(),
             equation_cache: EquationCache::default(),
-            saved: Saved::default(),
+            saved: BTreeMap::new(),
             messages: Vec::new(),
             log_filter: LogFilter::default(),
             has_warned_of_order: false,

@@ -26,14 +26,14 @@ static NEXT: AtomicUsize = AtomicUsize::new(1);
 impl<M: Model> Instance<M> {
     /// Saves the present state under the handle `old`, or under a new one if `old` is 0.
     pub(crate) fn save(&mut self, old: usize) -> Result<usize, Fault> {
-        let handle = match self.saved.states.get_mut(&old) {
+        let handle = match self.saved.get_mut(&old) {
             Some(state) => {
                 state.copy(&self.state);
                 old
             }
             None => self.keep(Box::new(self.state.clone()), old)?,
         };
-        let state = self.saved.states.get_mut(&handle).expect("kept above");
+        let state = self.saved.get_mut(&handle).expect("kept above");
         state.first = self.workspace.first;
         if state.phase == Phase::Initialization {
             state.model = None; // only a cache in this mode: recomputed when needed
@@ -45,23 +45,16 @@ impl<M: Model> Instance<M> {
     fn keep(&mut self, state: Box<State<M>>, old: usize) -> Result<usize, Fault> {
         let handle = match old {
             0 => NEXT.fetch_add(1, Ordering::Relaxed),
-            old if self.saved.states.contains_key(&old) => old,
+            old if self.saved.contains_key(&old) => old,
             old => return unknown(old),
         };
-        self.saved.states.insert(handle, state);
+        self.saved.insert(handle, state);
         Ok(handle)
-    }
-
-    fn saved(&self, handle: usize) -> Result<&State<M>, Fault> {
-        match self.saved.states.get(&handle) {
-            Some(state) => Ok(state),
-            None => unknown(handle),
-        }
     }
 
     /// Restores a saved state.
     pub(crate) fn restore(&mut self, handle: usize) -> Result<(), Fault> {
-        let Some(saved) = self.saved.states.get(&handle) else {
+        let Some(saved) = self.saved.get(&handle) else {
             return unknown(handle);
         };
         self.state.copy(saved);
@@ -73,7 +66,7 @@ impl<M: Model> Instance<M> {
 
     /// Frees a saved state; 0 is ignored.
     pub(crate) fn free(&mut self, handle: usize) -> Result<(), Fault> {
-        if handle != 0 && self.saved.states.remove(&handle).is_none() {
+        if handle != 0 && self.saved.remove(&handle).is_none() {
             return unknown(handle);
         }
         Ok(())
@@ -81,7 +74,9 @@ impl<M: Model> Instance<M> {
 
     /// The bytes of a saved state.
     pub(crate) fn serialize(&self, handle: usize) -> Result<Vec<u8>, Fault> {
-        let state = self.saved(handle)?;
+        let Some(state) = self.saved.get(&handle) else {
+            return unknown(handle);
+        };
         let mut bytes = MAGIC.to_vec();
         bytes.extend(VERSION.to_le_bytes());
         bytes.extend(self.identity.version);

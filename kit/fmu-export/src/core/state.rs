@@ -5,7 +5,6 @@ use super::layout::Layout;
 use super::model::{Model, zeros};
 use super::phase::Phase;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 
 /// The state of an instance, which is also what a saved state holds.
 #[derive(Clone, Serialize, Deserialize)]
@@ -138,17 +137,4 @@ pub(crate) struct Identity {
     pub(crate) version: [u8; 4],
     /// Hash of the model.
     pub(crate) model: [u8; 16],
-}
-
-/// The saved states of an instance by handle.
-pub(crate) struct Saved<M: Model> {
-    pub(crate) states: BTreeMap<usize, Box<State<M>>>,
-}
-
-impl<M: Model> Default for Saved<M> {
-    fn default() -> Self {
-        Self {
-            states: BTreeMap::new(),
-        }
-    }
 }
