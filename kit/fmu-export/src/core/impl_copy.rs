@@ -5,6 +5,7 @@
 macro_rules! impl_copy {
     ($([$($parameters:tt)*] $type:ty;)*) => {$(
         impl<$($parameters)*> Clone for $type {
+            #[inline]
             fn clone(&self) -> Self {
                 *self
             }

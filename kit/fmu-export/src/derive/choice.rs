@@ -1,6 +1,7 @@
 //! [`Choice`], for models with derives: a field whose type is a Rust enumeration.
 
 use crate::Enumeration;
+use crate::core::impl_copy::impl_copy;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::marker::PhantomData;
 use std::ops::Deref;
@@ -76,14 +77,7 @@ impl<E: Item> From<E> for Choice<E> {
     }
 }
 
-impl<E> Clone for Choice<E> {
-    #[inline]
-    fn clone(&self) -> Self {
-        *self
-    }
-}
-
-impl<E> Copy for Choice<E> {}
+impl_copy! { [E] Choice<E>; }
 
 impl<E> Default for Choice<E> {
     #[inline]

@@ -218,27 +218,10 @@ pub trait Ode: State {
 }
 
 /// The FMI outputs of an [`Ode`]: its state and its outputs.
+#[derive(Clone, Default)]
 pub struct StateAndOutputs<S: State> {
     state: S,
     outputs: S::Y,
-}
-
-impl<S: State> Clone for StateAndOutputs<S> {
-    fn clone(&self) -> Self {
-        Self {
-            state: self.state.clone(),
-            outputs: self.outputs.clone(),
-        }
-    }
-}
-
-impl<S: State> Default for StateAndOutputs<S> {
-    fn default() -> Self {
-        Self {
-            state: S::default(),
-            outputs: S::Y::default(),
-        }
-    }
 }
 
 /// Paths to the fields of [`StateAndOutputs`].
