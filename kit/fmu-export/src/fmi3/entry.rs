@@ -229,7 +229,7 @@ pub unsafe fn do_step<X: Exported>(
             let step = fmi.do_step(t, h)?;
             event.put(0, step.event.into());
             terminate.put(0, step.terminate.into());
-            early_return.put(0, step.is_early.into());
+            early_return.put(0, (!step.is_whole).into());
             last_time.put(0, step.time);
             if fmi.version.update.is_some() {
                 fmi.version.step_state = INTERMEDIATE_UPDATE;

@@ -72,31 +72,20 @@ impl Version for Fmi3 {
     }
 }
 
-/// The results of fmi3DoStep.
-pub(crate) struct StepResult {
-    pub(crate) event: bool,
-    pub(crate) terminate: bool,
-    pub(crate) is_early: bool,
-    pub(crate) time: f64,
-}
-
 impl<M: Model> Fmi3Instance<M> {
     /// fmi3DoStep. If the importer does not allow early return, a model that stops early is stepped
     /// on to the end of the step; if it cannot reach it, the step fails.
     #[inline]
-    pub(crate) fn do_step(&mut self, t: f64, h: f64) -> Result<StepResult, Fault> {
+    pub(crate) fn do_step(&mut self, t: f64, h: f64) -> Result<CompletedStep, Fault> {
         let mut end = self.instance.do_step(t, h)?;
         let mut event = end.event;
         if !end.is_whole && !end.terminate && !self.version.may_return_early {
             (end, event) = self.rest_of_step(end, t + h, event)?;
         }
         self.version.step_state = STEP_MODE;
-        Ok(StepResult {
-            event: event && self.version.has_event_mode,
-            terminate: end.terminate,
-            is_early: !end.is_whole && self.version.may_return_early,
-            time: end.time,
-        })
+        end.event = event && self.version.has_event_mode;
+        end.is_whole |= !self.version.may_return_early; // a step that ends the simulation
+        Ok(end)
     }
 
     /// Steps on from `end` to the time `until`.
