@@ -18,15 +18,6 @@ impl<I: Clone + Default> InputPolynomial<I> {
         }
         u
     }
-
-    /// The same, written without allocation to `to`, which must hold inputs of the same sizes.
-    #[inline]
-    pub fn at_into<M: Model<Input = I>>(&self, s: f64, to: &mut I) {
-        to.clone_from(&self.value);
-        if self.order > 0 {
-            taylor::<M>(self, s, 0, to);
-        }
-    }
 }
 
 /// Writes the `order`-th time derivative of all Real inputs, `s` seconds into the step, to `to`;
