@@ -4,7 +4,6 @@
 pub(crate) mod description;
 pub mod entry;
 pub mod ffi;
-mod files;
 mod instance;
 mod instantiate;
 mod log;

@@ -6,7 +6,6 @@ mod dependencies;
 pub(crate) mod description;
 pub mod entry;
 pub mod ffi;
-mod files;
 pub(crate) mod instance;
 mod instantiate;
 mod log;

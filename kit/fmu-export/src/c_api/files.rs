@@ -16,10 +16,13 @@ pub type ReceiveFile =
 /// A file to pack: its path inside the FMU, and its content.
 pub(crate) type Packed = (String, Cow<'static, [u8]>);
 
-/// The files of the folders `documentation` and `resources`.
-pub(crate) fn folders<M: Model>() -> Vec<Packed> {
+/// The files of an FMU with this model description: icon, documentation and resources.
+pub(crate) fn files<M: Model>(xml: String, icon: &str) -> Vec<Packed> {
     let info = M::INFO;
-    let mut files = Vec::new();
+    let mut files = vec![("modelDescription.xml".to_owned(), xml.into_bytes().into())];
+    if !info.icon.is_empty() {
+        files.push((icon.to_owned(), info.icon.into()));
+    }
     for (folder, list) in [
         ("documentation", info.documentation),
         ("resources", info.resources),

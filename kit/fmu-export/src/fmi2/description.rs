@@ -1,4 +1,4 @@
-//! `modelDescription.xml` of FMI 2.0 from the table, for `files`, `check` and tests of models.
+//! `modelDescription.xml` of FMI 2.0 from the table, for `entry`, `check` and tests of models.
 
 mod structure;
 mod variables;
@@ -6,6 +6,7 @@ mod variables;
 use super::instance::Fmi2;
 use crate::Model;
 use crate::c_api::description::{Dialect, flag, table_check};
+use crate::c_api::files::{self, Packed};
 use crate::c_api::fmi_instance::Version;
 use crate::core::storage::{Kind, TypeNames};
 
@@ -27,8 +28,14 @@ pub(crate) fn unsupported_type<M: Model>() -> Option<String> {
     ))
 }
 
-/// The same with the sizes that were chosen when the FMU was packed.
-pub(crate) fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<String, String> {
+/// The files of the FMU other than its binaries.
+pub(super) fn files<M: Model>(sizes: &str) -> Result<Vec<Packed>, String> {
+    let xml = model_description_with_sizes::<M>(sizes)?;
+    Ok(files::files::<M>(xml, "model.png"))
+}
+
+/// [`model_description`] with the sizes that were chosen when the FMU was packed.
+fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<String, String> {
     if let Some(reason) = unsupported_type::<M>() {
         return Err(reason);
     }

@@ -9,7 +9,7 @@ pub use super::instantiate::{free_instance, instantiate};
 pub use crate::c_api::export::Exported;
 pub use crate::c_api::library::Library;
 
-use super::description::unsupported_type;
+use super::description::{self, unsupported_type};
 use super::ffi::*;
 use super::instance::{Fmi2, Fmi2Instance};
 use crate::Model;
@@ -209,7 +209,7 @@ pub unsafe fn export_files<X: Exported>(
 ) -> c_int {
     // SAFETY: forwarded.
     let status =
-        unsafe { files::export(library, context, receive, super::files::files::<X::Model>) };
+        unsafe { files::export(library, context, receive, description::files::<X::Model>) };
     match unsupported_type::<X::Model>() {
         Some(_) => 2,
         None => status,

@@ -1,12 +1,13 @@
-//! `modelDescription.xml` of FMI 3.0 from the table, for `files`, `check` and tests of models.
+//! `modelDescription.xml` of FMI 3.0 from the table, for `entry`, `check` and tests of models.
 
 mod structure;
-pub(crate) mod terminals;
+mod terminals;
 mod variables;
 
 use super::instance::Fmi3;
 use crate::Model;
 use crate::c_api::description::{Dialect, flag, table_check};
+use crate::c_api::files::{self, Packed};
 use crate::c_api::fmi_instance::Version;
 use crate::core::layout::Layout;
 use crate::core::sizes::StartValues;
@@ -18,8 +19,19 @@ pub fn model_description3<M: Model>() -> Result<String, String> {
     model_description_with_sizes::<M>("")
 }
 
-/// The same with the sizes that were chosen when the FMU was packed.
-pub(crate) fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<String, String> {
+/// The files of the FMU other than its binaries.
+pub(super) fn files<M: Model>(sizes: &str) -> Result<Vec<Packed>, String> {
+    let xml = model_description_with_sizes::<M>(sizes)?;
+    let mut files = files::files::<M>(xml, "terminalsAndIcons/icon.png");
+    if let Some(xml) = terminals::text::<M>()? {
+        let path = "terminalsAndIcons/terminalsAndIcons.xml".to_owned();
+        files.push((path, xml.into_bytes().into()));
+    }
+    Ok(files)
+}
+
+/// [`model_description3`] with the sizes that were chosen when the FMU was packed.
+fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<String, String> {
     let info = &M::INFO;
     let derivatives = flag(info.directional_derivatives || M::MODEL_EXCHANGE.is_some());
     let order = if info.output_derivatives { "1" } else { "0" };

@@ -292,5 +292,12 @@ pub unsafe fn export_files<X: Exported>(
     receive: Option<ReceiveFile>,
 ) -> c_int {
     // SAFETY: forwarded.
-    unsafe { files::export(library, context, receive, super::files::files::<X::Model>) }
+    unsafe {
+        files::export(
+            library,
+            context,
+            receive,
+            super::description::files::<X::Model>,
+        )
+    }
 }

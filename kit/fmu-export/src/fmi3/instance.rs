@@ -84,7 +84,7 @@ impl<M: Model> Fmi3Instance<M> {
         }
         self.version.step_state = STEP_MODE;
         end.event = event && self.version.has_event_mode;
-        end.is_whole |= !self.version.may_return_early; // a step that ends the simulation
+        end.is_whole |= !self.version.may_return_early; // none is reported where none is allowed
         Ok(end)
     }
 

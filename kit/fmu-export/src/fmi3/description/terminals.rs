@@ -1,5 +1,5 @@
 //! Checks a model's terminals (groups of variables to connect together) for `description`, and
-//! writes `terminalsAndIcons.xml` (FMI 3.0.2, section 2.4.9) for `files`.
+//! writes `terminalsAndIcons.xml` (FMI 3.0.2, section 2.4.9).
 
 use crate::Model;
 use crate::c_api::description::Element;
