@@ -1,14 +1,13 @@
 //! The messages that FMUs have logged in this thread, for error texts and verdicts of the master,
 //! and for its page. Messages that differ only in their numbers are counted, not repeated.
 //!
-//! FMUs log while they are called, so a buffer for each thread separates systems that run in
-//! parallel.
+//! FMUs log while they are called, so a list for each thread that calls instances separates systems
+//! that run in parallel. FMUs may log in threads that they have made, too.
 //!
 //! ```
 //! assert!(fmi_import::messages::take().is_empty());
 //! ```
 
-use std::cell::RefCell;
 use std::ffi::c_int;
 use std::sync::{Mutex, PoisonError};
 use std::thread::{self, ThreadId};
@@ -24,12 +23,8 @@ const MAX_KEPT: usize = 64;
 pub(crate) const MAX_TEXT: usize = 4096;
 const NOT_KEPT: &str = "further messages, which are not kept";
 
-thread_local! {
-    static MESSAGES: RefCell<Vec<Message>> = const { RefCell::new(Vec::new()) };
-}
-
-/// Messages that came in threads that FMUs have made, with the thread that calls the instance.
-static FROM_ELSEWHERE: Mutex<Vec<(ThreadId, Vec<Message>)>> = Mutex::new(Vec::new());
+/// Messages with the thread that calls the instance.
+static MESSAGES: Mutex<Vec<(ThreadId, Vec<Message>)>> = Mutex::new(Vec::new());
 
 /// A message, or several that differ only in their numbers.
 #[derive(Clone, Debug, PartialEq)]
@@ -61,41 +56,38 @@ fn are_alike(a: &str, b: &str) -> bool {
     a.chars().filter(bare).eq(b.chars().filter(bare))
 }
 
+/// Lets `change` see the messages of a thread; without messages it is forgotten afterwards.
+fn with_messages<T>(owner: ThreadId, change: impl FnOnce(&mut Vec<Message>) -> T) -> T {
+    let mut all = MESSAGES.lock().unwrap_or_else(PoisonError::into_inner);
+    let place = all.iter().position(|(thread, _)| *thread == owner);
+    let mut messages = place.map_or_else(Vec::new, |place| all.swap_remove(place).1);
+    let result = change(&mut messages);
+    if !messages.is_empty() {
+        all.push((owner, messages));
+    }
+    result
+}
+
 /// Adds a text to the messages of this thread.
 pub(crate) fn add(instance: &str, status: c_int, text: &str) {
-    // It fails only when the thread ends.
-    let _ = MESSAGES.try_with(|all| add_to(&mut all.borrow_mut(), instance, status, text));
+    add_for(thread::current().id(), instance, status, text);
 }
 
 /// Adds a text to the messages of the thread `owner`, which may be another one.
 pub(crate) fn add_for(owner: ThreadId, instance: &str, status: c_int, text: &str) {
-    if thread::current().id() == owner {
-        return add(instance, status, text);
-    }
-    let mut all = FROM_ELSEWHERE
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner);
-    let place = all.iter().position(|(thread, _)| *thread == owner);
-    let place = place.unwrap_or_else(|| {
-        all.push((owner, Vec::new()));
-        all.len() - 1
-    });
-    add_to(&mut all[place].1, instance, status, text);
+    with_messages(owner, |messages| add_to(messages, instance, status, text));
 }
 
 fn add_to(messages: &mut Vec<Message>, instance: &str, status: c_int, text: &str) {
     let (is_warning, is_info) = (status <= WARNING, status == OK);
-    let mut text = text.to_string();
-    if text.len() > MAX_TEXT {
-        text.truncate(text.floor_char_boundary(MAX_TEXT));
-    }
+    let mut text = text[..text.floor_char_boundary(MAX_TEXT)].to_string();
     if text.len() > MAX_TEXT - 8 {
         text += " … (the rest is not kept)";
     }
     let mut instance = instance;
-    let is_same_kind = |m: &Message| m.is_warning == is_warning && m.is_info == is_info;
     let is_same = |m: &Message, instance: &str, text: &str| {
-        m.instance == instance && is_same_kind(m) && are_alike(&m.text, text)
+        let is_same_kind = m.is_warning == is_warning && m.is_info == is_info;
+        m.instance == instance && is_same_kind && are_alike(&m.text, text)
     };
     if !messages.iter().any(|m| is_same(m, instance, &text)) {
         let kept = messages.iter().filter(|m| m.is_warning == is_warning);
@@ -119,30 +111,19 @@ fn add_to(messages: &mut Vec<Message>, instance: &str, status: c_int, text: &str
     });
 }
 
-fn own_from_elsewhere() -> Vec<Message> {
-    let own = thread::current().id();
-    let mut all = FROM_ELSEWHERE
-        .lock()
-        .unwrap_or_else(PoisonError::into_inner);
-    let place = all.iter().position(|(thread, _)| *thread == own);
-    place.map_or_else(Vec::new, |place| all.swap_remove(place).1)
-}
-
 /// Adds messages that were logged in another thread.
 pub fn extend(others: Vec<Message>) {
-    MESSAGES.with_borrow_mut(|messages| messages.extend(others));
+    with_messages(thread::current().id(), |messages| messages.extend(others));
 }
 
 /// The messages of this thread since [`take`] was called last.
 pub fn present() -> Vec<Message> {
-    extend(own_from_elsewhere());
-    MESSAGES.with_borrow(Clone::clone)
+    with_messages(thread::current().id(), |messages| messages.clone())
 }
 
 /// Removes and returns the messages of this thread.
 pub fn take() -> Vec<Message> {
-    extend(own_from_elsewhere());
-    MESSAGES.take()
+    with_messages(thread::current().id(), std::mem::take)
 }
 
 /// Removes the messages of this thread; returns those of an instance that say why a call failed, or
