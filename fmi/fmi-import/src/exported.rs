@@ -1,9 +1,7 @@
 //! The files of an FMU that a library made with `fmu_export::export_fmu!` carries, received through
 //! its functions `fmi2ExportFiles` and `fmi3ExportFiles`, for `cargo fmu`, `xtask` and `Fmu::open`.
 
-use std::error::Error;
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
-use std::fmt;
 use std::path::Path;
 
 use anyhow::{Context, Result, bail};
@@ -18,16 +16,9 @@ type Receive = unsafe extern "C" fn(*mut c_void, *const c_char, *const u8, usize
 type ExportFiles = unsafe extern "C" fn(*mut c_void, Option<Receive>) -> c_int;
 
 /// Why there is no FMU of this version: a variable has a type that only FMI 3.0 has.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
 pub struct UnsupportedType(String);
-
-impl fmt::Display for UnsupportedType {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl Error for UnsupportedType {}
 
 #[derive(Default)]
 struct ReceivedFiles {

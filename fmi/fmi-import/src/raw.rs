@@ -218,7 +218,7 @@ pub struct RawInstance {
     slot: &'static Slot,
     label: CString,
     log: Log,
-    _callbacks: Box<Callbacks>,
+    callbacks: Box<Callbacks>,
 }
 
 impl RawInstance {
@@ -229,59 +229,42 @@ impl RawInstance {
         request: &Request,
         log: Log,
     ) -> Result<Self, Vec<Message>> {
-        let mut callbacks = Box::new(log.callbacks());
+        let mut new = Self::without_pointer(functions, request.name.unwrap_or_default(), log);
         match request.given {
-            CallbackSet::NoLogger => callbacks.logger = ptr::null(),
+            CallbackSet::NoLogger => new.callbacks.logger = ptr::null(),
             #[cfg(feature = "native")]
             CallbackSet::LoggerAndMemory => {
-                callbacks.allocate_memory = Some(libc::calloc);
-                callbacks.free_memory = Some(libc::free);
+                new.callbacks.allocate_memory = Some(libc::calloc);
+                new.callbacks.free_memory = Some(libc::free);
             }
             _ => {}
         }
         let texts = [request.name, request.token, request.resources].map(c_text);
-        log.name_variables(functions);
-        let label = request.name.unwrap_or_default();
-        let slot = Slot::fresh();
-        let call = slot.call(label);
+        new.log.name_variables(functions);
+        let call = new.call();
         // SAFETY: NULL or C strings; the callbacks outlive the instance.
-        let c = unsafe { instantiate(functions, request, texts, &callbacks) };
+        new.c = unsafe { instantiate(functions, request, texts, &new.callbacks) };
         drop(call);
-        match c.is_null() {
-            true => Err(log.take_own()),
-            false => Ok(Self::with_pointer(
-                functions,
-                c,
-                (slot, label),
-                log,
-                callbacks,
-            )),
+        match new.c.is_null() {
+            true => Err(new.log.take_own()),
+            false => Ok(new),
         }
     }
 
     /// NULL instead of an instance.
     pub fn null(functions: &Arc<Functions>) -> Self {
-        let log = Log::for_thread("");
-        let callbacks = Box::new(log.callbacks());
-        let noted = (Slot::fresh(), c"NULL");
-        Self::with_pointer(functions, ptr::null_mut(), noted, log, callbacks)
+        Self::without_pointer(functions, c"NULL", Log::for_thread(""))
     }
 
-    fn with_pointer(
-        functions: &Arc<Functions>,
-        c: Pointer,
-        (slot, label): (&'static Slot, &CStr),
-        log: Log,
-        callbacks: Box<Callbacks>,
-    ) -> Self {
+    fn without_pointer(functions: &Arc<Functions>, label: &CStr, log: Log) -> Self {
         Self {
             version: functions.version.clone(),
             functions: functions.clone(),
-            c,
-            slot,
+            c: ptr::null_mut(),
+            slot: Slot::fresh(),
             label: label.to_owned(),
+            callbacks: Box::new(log.callbacks()),
             log,
-            _callbacks: callbacks,
         }
     }
 
