@@ -45,10 +45,7 @@ pub fn exported_files(library: &Path, version: Version) -> Result<Entries> {
         format!("{name} exports no {function}; does the crate use fmu_export::export_fmu!?")
     })?;
     let who = CString::new(name.to_string()).unwrap_or_default();
-    let about = About {
-        name: function,
-        is_rare: true,
-    };
+    let about = About::rare(function);
     let _call = Slot::fresh().call_of(&who, &about);
     // SAFETY: the function of a library that stays loaded until it has returned.
     unsafe { receive_files(export) }.with_context(|| name.to_string())

@@ -14,14 +14,8 @@ use crate::calls::Exports;
 use crate::output;
 use crate::under_way::{About, Slot};
 
-static LOADING: About = About {
-    name: "loading the library",
-    is_rare: true,
-};
-static UNLOADING: About = About {
-    name: "unloading the library",
-    is_rare: true,
-};
+static LOADING: About = About::rare("loading the library");
+static UNLOADING: About = About::rare("unloading the library");
 
 /// A loaded library. Fields are dropped in their order, after the libraries were closed: its files
 /// are removed last.

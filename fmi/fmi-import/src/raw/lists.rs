@@ -42,12 +42,12 @@ impl RawInstance {
 
     /// Switches logging of these categories on or off; of all if none is named.
     pub fn set_debug_logging(&self, on: bool, categories: Array<Option<&CStr>>) -> c_int {
-        let pointers: Vec<Text> = match categories {
-            Array::Elements(categories) => categories.iter().map(|c| c_text(*c)).collect(),
-            Array::Null(_) => Vec::new(),
-        };
+        let texts: Vec<Text>;
         let list = match categories {
-            Array::Elements(_) => pointers.as_ptr(),
+            Array::Elements(categories) => {
+                texts = categories.iter().map(|c| c_text(*c)).collect();
+                texts.as_ptr()
+            }
             Array::Null(_) => ptr::null(),
         };
         let n = categories.len();
@@ -137,33 +137,28 @@ impl RawInstance {
 
     /// Updates discrete states once, in Event Mode.
     pub fn update_discrete_states(&self, update: &mut Update) -> c_int {
-        let mut info = EventInfo::default();
-        let ([mut again, mut end, mut nominals, mut values, mut known], mut time) =
-            ([false; 5], 0.0);
+        let (c, mut info, mut flags) = (self.c, EventInfo::default(), [false; 5]);
         let _call = self.call();
         // SAFETY: a live instance or NULL; places for the results.
         let status = unsafe {
             match &self.version {
-                Fmi2(f) => (f.fmi2NewDiscreteStates)(self.c, ptr::from_mut(&mut info).cast()),
-                Fmi3(f) => (f.fmi3UpdateDiscreteStates)(
-                    self.c,
-                    &mut again,
-                    &mut end,
-                    &mut nominals,
-                    &mut values,
-                    &mut known,
-                    &mut time,
-                ),
+                Fmi2(f) => {
+                    let status = (f.fmi2NewDiscreteStates)(c, ptr::from_mut(&mut info).cast());
+                    flags = info.flags.map(|flag| flag != 0);
+                    status
+                }
+                Fmi3(f) => {
+                    let [again, ends, nominals, values, known] = flags.each_mut();
+                    let next = &mut info.next;
+                    (f.fmi3UpdateDiscreteStates)(c, again, ends, nominals, values, known, next)
+                }
             }
         };
-        if let Fmi2(_) = &self.version {
-            [again, end, _, _, known] = info.flags.map(|flag| flag != 0);
-            time = info.next;
-        }
+        let [again, terminates, _, _, is_known] = flags;
         *update = Update {
             again,
-            terminates: end,
-            next: if known { time } else { f64::INFINITY },
+            terminates,
+            next: if is_known { info.next } else { f64::INFINITY },
         };
         status
     }

@@ -18,6 +18,15 @@ pub struct About {
     pub is_rare: bool,
 }
 
+impl About {
+    /// Something that is called so rarely that the process is looked at afterwards.
+    #[cfg(feature = "native")]
+    pub const fn rare(name: &'static str) -> Self {
+        let is_rare = true;
+        Self { name, is_rare }
+    }
+}
+
 /// Calls of a thread.
 #[repr(align(128))]
 pub struct Slot {
