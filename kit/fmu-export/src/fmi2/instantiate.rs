@@ -39,12 +39,7 @@ pub unsafe fn instantiate<X: Exported>(
     });
     let request = Request {
         function: "fmi2Instantiate",
-        log: log::new(
-            &callbacks,
-            name.as_deref().unwrap_or_default(),
-            logging_on != 0,
-            X::Model::INFO.log_categories,
-        ),
+        log: log::new::<X::Model>(&callbacks, name.as_deref().unwrap_or_default(), logging_on),
         name: name.as_deref(),
         token: ("fmuGUID", guid.as_deref()),
         sizes: library.sizes,

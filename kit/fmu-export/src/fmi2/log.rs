@@ -1,8 +1,8 @@
 //! Logging in FMI 2.0, for all its functions: fmi2SetDebugLogging and the importer's logger.
 
-use super::ffi::{CallbackFunctions, CallbackLogger, ComponentEnvironment, Status};
+use super::ffi::{Boolean, CallbackFunctions, CallbackLogger, ComponentEnvironment, Status};
+use crate::Model;
 use crate::c_api::log::{self, ALL, REFUSED, WARNING, c_string};
-use crate::core::log::Categories;
 use crate::core::message::{Kind, Level};
 use std::ffi::{CStr, CString};
 
@@ -21,19 +21,18 @@ unsafe impl Send for Logger {}
 unsafe impl Sync for Logger {}
 
 /// The log of a new instance. Without `logging_on`, warnings and errors remain.
-pub(crate) fn new(
-    callbacks: &CallbackFunctions,
-    name: &str,
-    logging_on: bool,
-    categories: Categories,
-) -> Log {
+pub(crate) fn new<M: Model>(callbacks: &CallbackFunctions, name: &str, logging_on: Boolean) -> Log {
     let logger = Logger {
         callback: callbacks.logger,
         environment: callbacks.component_environment,
         name: c_string(name),
     };
-    let enabled = if logging_on { ALL } else { WARNING | REFUSED };
-    Log::new(logger, categories, enabled)
+    let enabled = if logging_on != 0 {
+        ALL
+    } else {
+        WARNING | REFUSED
+    };
+    Log::new(logger, M::INFO.log_categories, enabled)
 }
 
 /// fmi2SetDebugLogging: enables or disables the named categories, or all without names; enabling

@@ -60,7 +60,7 @@ pub unsafe fn instantiate<X: Exported>(
     let said = co_simulation.as_ref();
     let request = Request {
         function,
-        log: new_log::<X>(logging_on, environment, log_message),
+        log: log::new::<X::Model>(logging_on, environment, log_message),
         name: name.as_deref(),
         token: ("instantiationToken", token.as_deref()),
         sizes: library.sizes,
@@ -86,19 +86,6 @@ pub unsafe fn instantiate<X: Exported>(
         fmi.version.update = updates(&fmi.instance.layout, variables, environment, said.update)?;
         Ok(())
     })
-}
-
-fn new_log<X: Exported>(
-    logging_on: Boolean,
-    environment: InstanceEnvironment,
-    log_message: Option<LogMessage>,
-) -> log::Log {
-    log::new(
-        log_message,
-        environment,
-        logging_on != 0,
-        X::Model::INFO.log_categories,
-    )
 }
 
 fn reason(fault: Fault) -> String {
@@ -161,7 +148,7 @@ pub unsafe fn refuse_instantiation<X: Exported>(
     environment: InstanceEnvironment,
     log_message: Option<LogMessage>,
 ) -> Instance {
-    let log = new_log::<X>(logging_on, environment, log_message);
+    let log = log::new::<X::Model>(logging_on, environment, log_message);
     let reason = match X::Model::MODEL_EXCHANGE {
         None => {
             "this FMU offers Co-Simulation only; it must be instantiated by fmi3InstantiateCoSimulation"

@@ -1,10 +1,10 @@
 //! Logging in all functions of FMI 3.0: fmi3SetDebugLogging, and calls of the importer's logger
 //! (2.3.1) with plain text, if logging is on, and with no worse status than the function returns.
 
-use super::ffi::{InstanceEnvironment, LogMessage, Status};
+use super::ffi::{Boolean, InstanceEnvironment, LogMessage, Status};
+use crate::Model;
 use crate::c_api::log::{self, ALL, CATEGORIES, c_string};
 use crate::core::fault::{Fault, refuse};
-use crate::core::log::Categories;
 use crate::core::message::Kind;
 use std::ffi::CStr;
 
@@ -22,17 +22,17 @@ unsafe impl Send for Logger {}
 unsafe impl Sync for Logger {}
 
 /// The log of a new instance.
-pub(crate) fn new(
-    callback: Option<LogMessage>,
+pub(crate) fn new<M: Model>(
+    logging_on: Boolean,
     environment: InstanceEnvironment,
-    logging_on: bool,
-    categories: Categories,
+    callback: Option<LogMessage>,
 ) -> Log {
     let logger = Logger {
         callback,
         environment,
     };
-    Log::new(logger, categories, if logging_on { ALL } else { 0 })
+    let enabled = if logging_on != 0 { ALL } else { 0 };
+    Log::new(logger, M::INFO.log_categories, enabled)
 }
 
 /// fmi3SetDebugLogging: enables or disables the named categories, or all without names.
