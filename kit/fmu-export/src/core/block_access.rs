@@ -9,7 +9,7 @@ use super::layout::TIME;
 use super::model::Variable;
 use super::phase::Phase;
 use super::sizes;
-use super::storage::{Accessor, Kind, StorageType};
+use super::storage::{Accessor, AnyValue, Kind, StorageType};
 use super::value::Value;
 use crate::Model;
 
@@ -61,7 +61,7 @@ impl<M: Model> Instance<M> {
         }
         check_number("nValues", len, from, OF_VARIABLES)?;
         if parameters {
-            self.set_parameter_blocks(number, value)?;
+            self.set_parameter_blocks(&number, &|j, _| value(j).into_any())?;
         }
         self.set_input_blocks(number, value)
     }
@@ -157,23 +157,23 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Writes the parameters of a checked batch.
+    /// Writes the parameters of a checked batch; `value(j, kind)` is the `j`-th of all values, as the
+    /// type in which its row stores it.
     #[cold]
     #[inline(never)]
-    fn set_parameter_blocks(
+    pub(super) fn set_parameter_blocks(
         &mut self,
-        number: impl Fn(usize) -> Option<u32>,
-        value: impl Fn(usize) -> f64,
+        number: &dyn Fn(usize) -> Option<u32>,
+        value: &dyn Fn(usize, Kind) -> AnyValue,
     ) -> Result<(), Fault> {
-        let mut pairs = Vec::new();
+        let mut all = Vec::new();
         for block in (0..).map_while(number) {
-            for element in self.layout.elements(block)? {
-                pairs.push((element, value(pairs.len())));
-            }
+            let stored = self.layout.block(block)?.0.row.storage.kind();
+            all.extend((self.layout.elements(block)?).map(|element| (element, stored)));
         }
         self.set_parameters(&|k| {
-            let &(element, value) = pairs.get(k)?;
-            Some((element, value.into_any()))
+            let &(element, stored) = all.get(k)?;
+            Some((element, value(k, stored)))
         })
     }
 

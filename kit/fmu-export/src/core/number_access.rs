@@ -161,30 +161,10 @@ impl<M: Model> Instance<M> {
         }
         check_number("nValues", len, from, OF_VARIABLES)?;
         if parameters {
-            self.set_number_parameters(number, all)?;
+            let value = |j, stored| typed!(stored, T => T::from_raw_bits(all.bits(j)).into_any());
+            self.set_parameter_blocks(number, &value)?;
         }
         self.set_number_inputs(number, all)
-    }
-
-    /// Writes the parameters of a checked batch.
-    #[cold]
-    fn set_number_parameters(
-        &mut self,
-        number: &dyn Fn(usize) -> Option<u32>,
-        given: Numbers,
-    ) -> Result<(), Fault> {
-        let mut all = Vec::new();
-        for block in (0..).map_while(number) {
-            let stored = self.layout.block(block)?.0.row.storage.kind();
-            for element in self.layout.elements(block)? {
-                all.push((element, stored, given.bits(all.len())));
-            }
-        }
-        self.set_parameters(&|k| {
-            let &(element, stored, bits) = all.get(k)?;
-            let value = typed!(stored, T => T::from_raw_bits(bits).into_any());
-            Some((element, value))
-        })
     }
 
     /// Writes the inputs of a checked batch.
