@@ -53,6 +53,11 @@ pub(crate) trait Value: StorageType + Clone + Default + Display + 'static {
         None
     }
 
+    /// Whether the type has this finite number, for bounds.
+    fn holds(x: f64) -> bool {
+        x.fract() == 0.0
+    }
+
     /// Whether the value is neither NaN nor infinite.
     fn is_finite(&self) -> bool {
         true
@@ -75,6 +80,10 @@ macro_rules! float {
 
         fn write_bytes(&self, to: &mut Vec<u8>) {
             to.extend(self.to_le_bytes());
+        }
+
+        fn holds(x: f64) -> bool {
+            (x as Self).is_finite()
         }
 
         fn to_xml(&self) -> String {
@@ -154,6 +163,10 @@ macro_rules! integer {
 
             fn write_bytes(&self, to: &mut Vec<u8>) {
                 to.extend(self.to_le_bytes());
+            }
+
+            fn holds(x: f64) -> bool {
+                x.fract() == 0.0 && (Self::MIN as i128..=Self::MAX as i128).contains(&(x as i128))
             }
 
             fn perturbed<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<Self> {

@@ -7,9 +7,9 @@ use crate::core::dependencies::Knowns;
 use crate::core::layout::{Layout, state};
 use crate::core::model::Variable;
 use crate::core::sizes::{self, StartValues};
-use crate::core::storage::{Kind, Storage, each};
+use crate::core::storage::{Kind, Storage, each, typed};
 use crate::core::value::Value;
-use crate::{Enumeration, Model, ModelExchange, Unit};
+use crate::{Enumeration, Model, ModelExchange};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The first mistake in the table, with the name of the row.
@@ -54,10 +54,17 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &StartValues<M>) -> Res
                 "value reference {number} is already that of `{first}`"
             ));
         }
+        let enumeration = row.enumeration.map(|e| (e.name, (e.items, e.description)));
         let checks = [
             attributes::<M>(row, i),
-            same_unit::<M>(&mut units, row, i, &name),
-            enumeration(&mut enumerations, row, &name),
+            same(
+                &mut units,
+                "unit",
+                unit::<M>(row, i).map(|u| (u.name, u)),
+                &name,
+            ),
+            items(row),
+            same(&mut enumerations, "enumeration", enumeration, &name),
             bounds(row),
             self::start(row, parameters, input, (i, n)),
         ];
@@ -221,74 +228,39 @@ fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
     }
 }
 
-/// An enumeration has items with unique names, and no two enumerations share a name.
-fn enumeration<M: Model>(
-    known: &mut BTreeMap<&'static str, (Enumeration, String)>,
-    row: &Variable<M>,
-    name: &str,
-) -> Result<(), String> {
-    let Some(enumeration) = row.enumeration else {
+/// An enumeration has items with unique names.
+fn items<M: Model>(row: &Variable<M>) -> Result<(), String> {
+    let Some(Enumeration { name, items, .. }) = row.enumeration else {
         return Ok(());
     };
-    let mut items = BTreeSet::new();
-    if let Some((item, _)) = (enumeration.items.iter()).find(|(item, _)| !items.insert(item)) {
-        let of = enumeration.name;
-        return Err(format!("enumeration `{of}` has the item `{item}` twice"));
+    let mut names = BTreeSet::new();
+    match items.iter().find(|(item, _)| !names.insert(item)) {
+        Some((item, _)) => Err(format!("enumeration `{name}` has the item `{item}` twice")),
+        None if items.is_empty() => Err(format!("enumeration `{name}` has no items")),
+        None => Ok(()),
     }
-    let (first, of) = known
-        .entry(enumeration.name)
-        .or_insert_with(|| (enumeration, name.to_owned()));
-    if enumeration.items.is_empty() {
-        return Err(format!("enumeration `{}` has no items", enumeration.name));
-    }
-    if first.items != enumeration.items || first.description != enumeration.description {
-        return Err(format!(
-            "enumeration `{}` is defined differently for `{of}`",
-            enumeration.name
-        ));
-    }
-    Ok(())
 }
 
-/// No two units share a name.
-fn same_unit<M: Model>(
-    units: &mut BTreeMap<&'static str, (&'static Unit, String)>,
-    row: &Variable<M>,
-    i: usize,
+/// No two enumerations, and no two units, share a name. `what` names the kind and `name` the
+/// variable; `known` has the first variable of each.
+fn same<T: Copy + PartialEq>(
+    known: &mut BTreeMap<&'static str, (T, String)>,
+    what: &str,
+    own: Option<(&'static str, T)>,
     name: &str,
 ) -> Result<(), String> {
-    let Some(unit) = unit::<M>(row, i) else {
+    let Some((of, own)) = own else {
         return Ok(());
     };
-    let (known, first) = units
-        .entry(unit.name)
-        .or_insert_with(|| (unit, name.to_owned()));
-    if *known == unit {
-        return Ok(());
+    let (first, at) = known.entry(of).or_insert_with(|| (own, name.to_owned()));
+    match *first == own {
+        true => Ok(()),
+        false => Err(format!("{what} `{of}` is defined differently for `{at}`")),
     }
-    Err(format!(
-        "unit `{}` is defined differently for `{first}`",
-        unit.name
-    ))
 }
 
 fn bounds<M: Model>(row: &Variable<M>) -> Result<(), String> {
-    let whole = match row.storage.kind() {
-        Kind::Int8 => i8::MIN.into()..=i8::MAX.into(),
-        Kind::UInt8 => u8::MIN.into()..=u8::MAX.into(),
-        Kind::Int16 => i16::MIN.into()..=i16::MAX.into(),
-        Kind::UInt16 => u16::MIN.into()..=u16::MAX.into(),
-        Kind::UInt32 => u32::MIN.into()..=u32::MAX.into(),
-        Kind::Int64 => i64::MIN.into()..=i64::MAX.into(),
-        Kind::UInt64 => u64::MIN.into()..=u64::MAX.into(),
-        _ => i32::MIN.into()..=i128::from(i32::MAX),
-    };
-    let fits = |x: f64| match row.storage.kind() {
-        _ if x.is_infinite() => true,
-        Kind::Real => true,
-        Kind::Float32 => (x as f32).is_finite(),
-        _ => x.fract() == 0.0 && whole.contains(&(x as i128)),
-    };
+    let fits = |x: f64| x.is_infinite() || typed!(row.storage.kind(), T => T::holds(x));
     if !(row.min <= row.max && fits(row.min) && fits(row.max)) {
         return Err(format!(
             "min = {} and max = {} are not valid bounds",
