@@ -15,8 +15,8 @@ const SCHEDULED: &str = "this function is for Scheduled Execution, which this FM
 
 functions! { ($) Fmi3 export_fmi3_absent;
     // Clocks.
-    fmi3GetClock [EVENT_MODE] (vr: *const ValueReference, n: usize, values: *mut Boolean) |fmi| not_read(fmi, array(VR, vr, n)?, "Clock");
-    fmi3SetClock [EVENT_MODE] (vr: *const ValueReference, n: usize, values: *const Boolean) |fmi| not_set(fmi, array(VR, vr, n)?, "Clock");
+    fmi3GetClock [EVENT_MODE] (vr: *const ValueReference, n: usize, values: *mut Boolean) |fmi| not_read(fmi, array(VR, vr, n)?);
+    fmi3SetClock [EVENT_MODE] (vr: *const ValueReference, n: usize, values: *const Boolean) |fmi| not_set(fmi, array(VR, vr, n)?);
     fmi3GetIntervalDecimal [INITIALIZATION_MODE | EVENT_MODE] (vr: *const ValueReference, n: usize, intervals: *mut f64, qualifiers: *mut c_int)
         |fmi| no_clock(fmi, array(VR, vr, n)?);
     fmi3GetIntervalFraction [INITIALIZATION_MODE | EVENT_MODE] (
@@ -36,38 +36,28 @@ functions! { ($) Fmi3 export_fmi3_absent;
     fmi3ActivateModelPartition [ANY] (clock: ValueReference, time: f64) |_| refuse!("{SCHEDULED}");
 }
 
-/// Refuses to read variables as a type that no variable has.
-fn not_read<M: Model>(
-    fmi: &Fmi3Instance<M>,
-    vr: Array<ValueReference>,
-    name: &str,
-) -> Result<(), Fault> {
+/// Refuses to read variables as clocks, because no variable is one.
+fn not_read<M: Model>(fmi: &Fmi3Instance<M>, vr: Array<ValueReference>) -> Result<(), Fault> {
     let Some(number) = vr.at(0) else {
         return Ok(());
     };
     let (span, first, _) = fmi.instance.layout.block(number)?;
-    Err(fmi.instance.not_gettable(span.row, first, name))
+    Err(fmi.instance.not_gettable(span.row, first, "Clock"))
 }
 
-/// Refuses to set variables as a type that no variable has.
-fn not_set<M: Model>(
-    fmi: &Fmi3Instance<M>,
-    vr: Array<ValueReference>,
-    name: &str,
-) -> Result<(), Fault> {
-    vr.at(0)
-        .map_or(Ok(()), |number| fmi.instance.not_settable_as(number, name))
+/// Refuses to set variables as clocks.
+fn not_set<M: Model>(fmi: &Fmi3Instance<M>, vr: Array<ValueReference>) -> Result<(), Fault> {
+    let refuse = |number| fmi.instance.not_settable_as(number, "Clock");
+    vr.at(0).map_or(Ok(()), refuse)
 }
 
-/// Refuses a function for clocks, because no variable is a clock.
+/// Refuses a function for clocks.
 fn no_clock<M: Model>(fmi: &Fmi3Instance<M>, vr: Array<ValueReference>) -> Result<(), Fault> {
     let Some(number) = vr.at(0) else {
         return Ok(());
     };
     let (span, first, _) = fmi.instance.layout.block(number)?;
-    let (name, kind) = (
-        fmi.instance.name(span.row, first),
-        span.row.kind(fmi.instance.names),
-    );
+    let name = fmi.instance.name(span.row, first);
+    let kind = span.row.kind(fmi.instance.names);
     refuse!("`{name}` is {kind}; it must be a Clock, and this FMU has none")
 }
