@@ -7,5 +7,4 @@ pub mod ffi;
 mod instance;
 mod instantiate;
 mod log;
-mod status;
 mod uri;

@@ -10,7 +10,7 @@ pub use crate::c_api::export::Exported;
 pub use crate::c_api::library::Library;
 
 use super::description::{self, unsupported_type};
-use super::ffi::*;
+use super::ffi::{self, *};
 use super::instance::{Fmi2, Fmi2Instance};
 use crate::Model;
 use crate::c_api::arguments::{Array, ArrayMut, array, array_mut, output_argument, texts};
@@ -18,7 +18,7 @@ use crate::c_api::call_order::TERMINATED; // not the status kind of `ffi`
 use crate::c_api::call_order::*;
 use crate::c_api::files;
 use crate::c_api::functions::functions;
-use crate::core::fault::Fault;
+use crate::core::fault::{Fault, discard, refuse};
 use crate::core::model_exchange::EventOutcome;
 use crate::core::value::Value;
 
@@ -150,18 +150,35 @@ functions! { ($) Fmi2 export_fmi2_functions;
 
     fmi2DoStep [STEP_MODE] (t: Real, h: Real, no_set_prior: Boolean)
         |fmi| fmi.do_step(t, h);
+    /// FMI allows it during a step only, and a synchronous step is over when fmi2DoStep returns.
     fmi2CancelStep [CS | INSTANTIATED | INITIALIZATION_MODE | STEP_MODE | TERMINATED] ()
-        Fmi2Instance::cancel_step;
+        |_| refuse!("no step is in progress: steps are synchronous");
     fmi2GetStatus [STATUS] (kind: c_int, value: *mut Status)
-        |fmi| { let to = output_argument("value", value)?; to.put(0, fmi.status(kind)?); Ok(()) };
+        |fmi| status(kind, (DO_STEP_STATUS, "fmi2DoStepStatus"), value, fmi.version.last_step);
     fmi2GetRealStatus [STATUS] (kind: c_int, value: *mut Real)
-        |fmi| { let to = output_argument("value", value)?; to.put(0, fmi.real_status(kind)?); Ok(()) };
+        |fmi| {
+            let reached = fmi.instance.state.time;
+            status(kind, (LAST_SUCCESSFUL_TIME, "fmi2LastSuccessfulTime"), value, reached)
+        };
     fmi2GetIntegerStatus [STATUS] (kind: c_int, value: *mut Integer)
-        |fmi| { let to = output_argument("value", value)?; to.put(0, fmi.integer_status(kind)?); Ok(()) };
+        |_| {
+            output_argument("value", value)?;
+            discard!("status kind = {kind}: FMI 2.0 has no Integer status")
+        };
+    /// Whether the model asked to end the simulation.
     fmi2GetBooleanStatus [STATUS] (kind: c_int, value: *mut Boolean)
-        |fmi| { let to = output_argument("value", value)?; to.put(0, fmi.boolean_status(kind)?); Ok(()) };
+        |fmi| {
+            let ends = fmi.version.terminated.into();
+            status(kind, (ffi::TERMINATED, "fmi2Terminated"), value, ends)
+        };
     fmi2GetStringStatus [STATUS] (kind: c_int, value: *mut Str)
-        |fmi| { let to = output_argument("value", value)?; to.put(0, fmi.string_status(kind)?); Ok(()) };
+        |_| {
+            output_argument("value", value)?;
+            match kind {
+                PENDING_STATUS => discard!("no step is pending: steps are synchronous"),
+                _ => discard!("status kind = {kind} must be {PENDING_STATUS} (fmi2PendingStatus)"),
+            }
+        };
 }
 
 /// The states in which variables can be read.
@@ -195,6 +212,23 @@ fn get<M: Model, C: Copy, T: Value>(
     to_c: impl Fn(T) -> C,
 ) -> Result<(), Fault> {
     (fmi.instance).get(|k| vr.at(k), |k, value| values.put(k, to_c(value)))
+}
+
+/// Returns the status of the last step if it is of the one kind that has a value: its number and
+/// name. FMI 2.0 demands fmi2Discard for all others.
+unsafe fn status<T: Copy>(
+    kind: c_int,
+    (known, name): (c_int, &str),
+    value: *mut T,
+    found: T,
+) -> Result<(), Fault> {
+    // SAFETY: an argument of this call.
+    let to = unsafe { output_argument("value", value) }?;
+    if kind != known {
+        return discard!("status kind = {kind} must be {known} ({name})");
+    }
+    to.put(0, found);
+    Ok(())
 }
 
 /// fmi2ExportFiles: passes every file of the FMU except the binaries to `receive`. Returns 0 on
