@@ -29,45 +29,28 @@ impl Description {
     /// As [`Self::feedthrough`], but None if the description does not declare it: `ModelStructure`
     /// lists the output without `dependencies`, or not at all.
     pub fn declared_feedthrough(&self, output: usize, initialization: bool) -> Option<Vec<usize>> {
-        let Dependence::On(known) = self.dependence(output, initialization) else {
-            return None;
-        };
-        let known = known.iter().copied();
+        let known = self.dependence(output, initialization)?.iter().copied();
         Some(known.filter(|k| self.variables[*k].is_input()).collect())
     }
 
-    /// What the output with index `output` depends on directly.
+    /// The variables on which the output with index `output` depends directly, as far as they are
+    /// inputs; None if nothing is declared, which means on all inputs.
     ///
     /// In Initialization Mode `InitialUnknowns` count. An output that they do not list has its
     /// dependencies at communication points, or none if it is given (`initial="exact"`). A variable
     /// that is no output depends on nothing unless it is listed.
-    pub fn dependence(&self, output: usize, initialization: bool) -> Dependence<'_> {
-        let initially = match initialization {
-            true => self.initial_unknown(output),
-            false => None,
-        };
+    pub fn dependence(&self, output: usize, initialization: bool) -> Option<&[usize]> {
+        let initially = initialization
+            .then(|| self.initial_unknown(output))
+            .flatten();
         let is_given = self.variables[output].initial == Some(Initial::Exact);
         if initialization && initially.is_none() && is_given {
-            return Dependence::On(&[]);
+            return Some(&[]);
         }
-        let Some(unknown) = initially.or_else(|| self.output(output)) else {
-            return match self.variables[output].causality {
-                Causality::Output => Dependence::Undeclared,
-                _ => Dependence::On(&[]),
-            };
-        };
-        match &unknown.dependencies {
-            Some(known) => Dependence::On(known),
-            None => Dependence::Undeclared,
+        match initially.or_else(|| self.output(output)) {
+            Some(unknown) => unknown.dependencies.as_deref(),
+            None if self.variables[output].causality == Causality::Output => None,
+            None => Some(&[]),
         }
     }
-}
-
-/// What an output depends on directly.
-#[derive(Clone, Copy, Debug)]
-pub enum Dependence<'a> {
-    /// Nothing is declared: on all inputs.
-    Undeclared,
-    /// On those of these variables that are inputs.
-    On(&'a [usize]),
 }

@@ -41,7 +41,6 @@ mod variable;
 pub mod xml;
 
 pub use archive::{Archive, ArchiveError, library_among, unportable};
-pub use dependencies::Dependence;
 pub use description::{Capabilities, DefaultExperiment, Description, Unknown, Version};
 pub use encoding::{EncodingError, text};
 pub use entries::Entries;

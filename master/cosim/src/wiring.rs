@@ -14,9 +14,7 @@ use std::sync::{Arc, OnceLock};
 use crate::structure::{Connection, Power, Structure};
 use crate::wiring::transformation::{Transformation, compose, unit_of};
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use fmi_description::{
-    Access, Causality, Dependence, Description, Kind, Variability, Variable, Version,
-};
+use fmi_description::{Access, Causality, Description, Kind, Variability, Variable, Version};
 use fmi_import::batch::{Batch, Layout};
 use serde::{Deserialize, Serialize};
 use system_structure::{Connector, DataType};
@@ -283,7 +281,7 @@ impl<'a> Wiring<'a> {
         let is_declared = || {
             let depends = description.dependence(output.variable, false);
             let trusted = &self.structure.feedthrough;
-            matches!(depends, Dependence::On(_))
+            depends.is_some()
                 || trusted
                     .iter()
                     .any(|c| c == self.component(output.component))

@@ -4,7 +4,6 @@
 use std::collections::{HashMap, HashSet};
 
 use anyhow::{Result, anyhow};
-use fmi_description::Dependence;
 
 use super::strong_parts::strong_parts;
 use super::{Port, Wiring};
@@ -159,9 +158,8 @@ impl Wiring<'_> {
         }
         let description = self.description(output.component);
         match description.dependence(output.variable, which.is_initial) {
-            Dependence::On(known) => Some(known),
-            Dependence::Undeclared if which.undeclared == Undeclared::None => Some(&[]),
-            Dependence::Undeclared => None,
+            None if which.undeclared == Undeclared::None => Some(&[]),
+            known => known,
         }
     }
 
