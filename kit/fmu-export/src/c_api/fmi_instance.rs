@@ -31,9 +31,6 @@ pub(crate) trait Version: Sized + 'static {
 
     /// The bit of the state that an instance is in.
     fn state<M: Model>(fmi: &FmiInstance<M, Self>) -> u16;
-
-    /// Returns the bits of the enabled categories after these were switched on or off.
-    fn switch_log(log: &Log<Self::Logger>, on: bool, categories: &[&str]) -> Result<u32, Fault>;
 }
 
 /// An instance, together with what its version of FMI adds to it.

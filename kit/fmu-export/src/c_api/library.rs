@@ -163,16 +163,13 @@ fn check_name(name: Option<&str>) -> Result<(), String> {
 
 /// Refuses a hash that is not this FMU's.
 fn check_token((argument, given): (&str, Option<&str>), hash: Uuid) -> Result<(), String> {
-    if given.is_some_and(|given| is_same(given, hash)) {
+    // With or without braces, in upper or lower case.
+    let read = given.and_then(|given| Uuid::try_parse(given.trim()).ok());
+    if read == Some(hash) {
         return Ok(());
     }
     let given = given.unwrap_or("NULL");
     Err(format!("{argument} = {given} must be {{{hash}}}"))
-}
-
-/// Whether a given hash is equal: with or without braces, in upper or lower case.
-fn is_same(given: &str, hash: Uuid) -> bool {
-    Uuid::try_parse(given.trim()).is_ok_and(|given| given == hash)
 }
 
 /// Frees an instance. NULL is ignored, and so is an instance in use: a callback that is called

@@ -2,6 +2,7 @@
 //! enabled, and sending messages to the importer's logger.
 
 use super::status::Status;
+use crate::core::fault::Fault;
 use crate::core::log::{Categories, LogFilter, STANDARD, number};
 use crate::core::message::{Kind, Level, Message};
 use std::ffi::{CStr, CString};
@@ -51,9 +52,12 @@ pub(crate) struct Log<L> {
 }
 
 /// The importer's logger callback in a version of FMI.
-pub(crate) trait Logger: Send + Sync {
+pub(crate) trait Logger: Send + Sync + Sized {
     /// The category of warnings includes warnings in the model's own categories.
     const WARNINGS_INCLUDE_MODEL: bool;
+
+    /// Returns the bits of the enabled categories after these were switched on or off.
+    fn switch(log: &Log<Self>, on: bool, categories: &[&str]) -> Result<u32, Fault>;
 
     /// Whether the importer has given one.
     fn is_available(&self) -> bool;

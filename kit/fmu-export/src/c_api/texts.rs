@@ -2,7 +2,7 @@
 
 use super::arguments::{ArrayMut, texts};
 use super::fmi_instance::{FmiInstance, Version};
-use super::log::c_string;
+use super::log::{Logger, c_string};
 use crate::Model;
 use crate::core::fault::Fault;
 use std::ffi::c_char;
@@ -47,7 +47,7 @@ impl<M: Model, V: Version> FmiInstance<M, V> {
     ) -> Result<(), Fault> {
         // SAFETY: forwarded.
         let names = unsafe { texts("categories", categories, n) }?;
-        let enabled = V::switch_log(&self.log, on, &names)?;
+        let enabled = V::Logger::switch(&self.log, on, &names)?;
         self.log.enable(enabled);
         self.instance.log_filter = self.log.model_filter();
         Ok(())

@@ -114,8 +114,10 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    pub(crate) fn enter_initialization(&mut self) {
-        self.state.phase = Phase::Initialization;
+    /// Changes the phase, which the call order allows.
+    pub(crate) fn enter(&mut self, phase: Phase) -> Result<(), Fault> {
+        self.state.phase = phase;
+        Ok(())
     }
 
     pub(crate) fn exit_initialization(&mut self) -> Result<(), Fault> {

@@ -191,14 +191,6 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    pub(crate) fn enter_events(&mut self) {
-        self.state.phase = Phase::Event;
-    }
-
-    pub(crate) fn enter_continuous_time(&mut self) {
-        self.state.phase = Phase::Continuous;
-    }
-
     /// In Continuous-Time Mode, refuses elements that are not continuous inputs.
     #[inline(always)]
     pub(crate) fn check_between_events(

@@ -20,6 +20,7 @@ use crate::c_api::files;
 use crate::c_api::functions::functions;
 use crate::core::fault::{Fault, discard, refuse};
 use crate::core::model_exchange::EventOutcome;
+use crate::core::phase::Phase;
 use crate::core::value::Value;
 
 // The states in which a function is allowed are those of FMI 2.0.4, section 4.2.4. Departures:
@@ -35,7 +36,7 @@ functions! { ($) Fmi2 export_fmi2_functions;
             fmi.instance.set_experiment(tolerance, start, (stop_defined != 0).then_some(stop))
         };
     fmi2EnterInitializationMode [INSTANTIATED] ()
-        |fmi| { fmi.instance.enter_initialization(); Ok(()) };
+        |fmi| fmi.instance.enter(Phase::Initialization);
     fmi2ExitInitializationMode [INITIALIZATION_MODE] ()
         |fmi| fmi.exit_initialization();
     fmi2Terminate [STEP_MODE | ME_STATES | LOST] ()
@@ -111,7 +112,7 @@ functions! { ($) Fmi2 export_fmi2_functions;
         };
 
     fmi2EnterEventMode [ME | ME_STATES] ()
-        |fmi| { fmi.instance.enter_events(); Ok(()) };
+        |fmi| fmi.instance.enter(Phase::Event);
     fmi2NewDiscreteStates [ME | ME_EVENT_MODE] (info: *mut EventInfo)
         |fmi| {
             let to = output_argument("eventInfo", info)?;
@@ -127,7 +128,7 @@ functions! { ($) Fmi2 export_fmi2_functions;
             Ok(())
         };
     fmi2EnterContinuousTimeMode [ME | ME_EVENT_MODE] ()
-        |fmi| { fmi.instance.enter_continuous_time(); Ok(()) };
+        |fmi| fmi.instance.enter(Phase::Continuous);
     fmi2CompletedIntegratorStep [ME | CONTINUOUS_TIME_MODE] (no_set_prior: Boolean, enter_event_mode: *mut Boolean, terminate: *mut Boolean)
         |fmi| {
             let (enter, terminate) = (output_argument("enterEventMode", enter_event_mode)?, output_argument("terminateSimulation", terminate)?);

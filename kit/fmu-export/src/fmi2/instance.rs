@@ -2,11 +2,12 @@
 //! step, and the functions that set this status (fmi2DoStep, fmi2Reset, fmi2SetFMUstate).
 
 use super::ffi::Status;
-use super::log::{self, Log, Logger};
+use super::log::Logger;
 use crate::Model;
 use crate::c_api::call_order::{self, *};
 use crate::c_api::fmi_instance::{self, Version};
 use crate::core::fault::Fault;
+use crate::core::phase::Phase;
 use crate::core::step::CompletedStep;
 use crate::core::storage::TypeNames;
 
@@ -16,6 +17,14 @@ pub(crate) struct Fmi2 {
     pub(crate) last_step: Status,
     /// Whether the model asked to end the simulation in that step.
     pub(crate) terminated: bool,
+}
+
+impl Fmi2 {
+    /// Before any step.
+    pub(crate) const NEW: Self = Self {
+        last_step: Status::Ok,
+        terminated: false,
+    };
 }
 
 /// An instance of FMI 2.0.
@@ -39,10 +48,6 @@ impl Version for Fmi2 {
     #[inline]
     fn state<M: Model>(fmi: &Fmi2Instance<M>) -> u16 {
         call_order::state(&fmi.instance)
-    }
-
-    fn switch_log(log: &Log, on: bool, categories: &[&str]) -> Result<u32, Fault> {
-        Ok(log::switch_log(log, on, categories))
     }
 }
 
@@ -86,28 +91,23 @@ impl<M: Model> Fmi2Instance<M> {
     /// fmi2ExitInitializationMode.
     pub(crate) fn exit_initialization(&mut self) -> Result<(), Fault> {
         self.instance.exit_initialization()?;
-        if self.interface == ME {
-            self.instance.enter_events();
+        match self.interface {
+            ME => self.instance.enter(Phase::Event),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     /// fmi2Reset.
     pub(crate) fn reset(&mut self) -> Result<(), Fault> {
         self.instance.reset();
-        self.forget_step();
+        self.version = Fmi2::NEW;
         Ok(())
     }
 
     /// fmi2SetFMUstate.
     pub(crate) fn restore(&mut self, handle: usize) -> Result<(), Fault> {
         self.instance.restore(handle)?;
-        self.forget_step();
+        self.version = Fmi2::NEW;
         Ok(())
-    }
-
-    fn forget_step(&mut self) {
-        self.version.last_step = Status::Ok;
-        self.version.terminated = false;
     }
 }

@@ -46,10 +46,7 @@ pub unsafe fn instantiate<X: Exported>(
         hash: &library.hashes[0],
         resources,
         interface: if kind == MODEL_EXCHANGE { ME } else { CS },
-        version: Fmi2 {
-            last_step: Status::Ok,
-            terminated: false,
-        },
+        version: Fmi2::NEW,
     };
     request.instantiate::<X::Model>(table_check::check, |_| check_kind::<X::Model>(kind))
 }

@@ -3,6 +3,7 @@
 use super::ffi::{Boolean, CallbackFunctions, CallbackLogger, ComponentEnvironment, Status};
 use crate::Model;
 use crate::c_api::log::{self, ALL, REFUSED, WARNING, c_string};
+use crate::core::fault::Fault;
 use crate::core::message::{Kind, Level};
 use std::ffi::{CStr, CString};
 
@@ -35,21 +36,21 @@ pub(crate) fn new<M: Model>(callbacks: &CallbackFunctions, name: &str, logging_o
     Log::new(logger, M::INFO.log_categories, enabled)
 }
 
-/// fmi2SetDebugLogging: enables or disables the named categories, or all without names; enabling
-/// some disables the others. Errors are always reported. Unused standard categories are accepted.
-pub(crate) fn switch_log(log: &Log, on: bool, categories: &[&str]) -> u32 {
-    let named = (categories.iter()).fold(0, |mask, name| mask | log.bits(name).unwrap_or(0));
-    let enabled = match (on, categories) {
-        (true, []) => ALL,
-        (true, _) => named,
-        (false, []) => 0,
-        (false, _) => log.enabled() & !named,
-    };
-    enabled | REFUSED
-}
-
 impl log::Logger for Logger {
     const WARNINGS_INCLUDE_MODEL: bool = true;
+
+    /// fmi2SetDebugLogging: enables or disables the named categories, or all without names; enabling
+    /// some disables the others. Errors are always reported. Unused standard categories are accepted.
+    fn switch(log: &Log, on: bool, categories: &[&str]) -> Result<u32, Fault> {
+        let named = (categories.iter()).fold(0, |mask, name| mask | log.bits(name).unwrap_or(0));
+        let enabled = match (on, categories) {
+            (true, []) => ALL,
+            (true, _) => named,
+            (false, []) => 0,
+            (false, _) => log.enabled() & !named,
+        };
+        Ok(enabled | REFUSED)
+    }
 
     fn is_available(&self) -> bool {
         self.callback.is_some()

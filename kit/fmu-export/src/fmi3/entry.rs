@@ -24,6 +24,7 @@ use crate::c_api::fmi_instance::enter;
 use crate::c_api::functions::functions;
 use crate::core::fault::{OF_VARIABLES, check_number, refuse};
 use crate::core::model_exchange::EventOutcome;
+use crate::core::phase::Phase;
 
 // fmi3EvaluateDiscreteStates has nothing to do: discrete states change in fmi3UpdateDiscreteStates.
 functions! { ($) Fmi3 export_fmi3_functions;
@@ -34,8 +35,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
         |fmi| {
             let tolerance = (tolerance_defined != 0).then_some(tolerance);
             fmi.instance.set_experiment(tolerance, start, (stop_defined != 0).then_some(stop))?;
-            fmi.instance.enter_initialization();
-            Ok(())
+            fmi.instance.enter(Phase::Initialization)
         };
     fmi3EnterConfigurationMode [INSTANTIATED | STEP_MODE | STEP_MODE_AFTER_SET] ()
         |fmi| fmi.enter_configuration();
@@ -73,7 +73,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
         Ok(())
     };
     fmi3EnterContinuousTimeMode [ME | ME_EVENT_MODE] ()
-        |fmi| { fmi.instance.enter_continuous_time(); Ok(()) };
+        |fmi| fmi.instance.enter(Phase::Continuous);
     fmi3CompletedIntegratorStep [ME | CONTINUOUS_TIME_MODE] (no_set_prior: Boolean, enter_event_mode: *mut Boolean, terminate: *mut Boolean)
         |fmi| {
             let (enter, terminate) = (output_argument("enterEventMode", enter_event_mode)?, output_argument("terminateSimulation", terminate)?);

@@ -1,7 +1,7 @@
 //! What FMI 3.0 adds, for `entry`: Event Mode, Configuration Mode, early return, updates.
 
 use super::ffi::*;
-use super::log::{self, Log, Logger};
+use super::log::Logger;
 use super::states::{STATES, STEP_MODE_AFTER_SET};
 use crate::c_api::call_order::{self, INTERMEDIATE_UPDATE, ME, STEP_MODE};
 use crate::c_api::fmi_instance::{self, Version};
@@ -66,10 +66,6 @@ impl Version for Fmi3 {
             state => state,
         }
     }
-
-    fn switch_log(log: &Log, on: bool, categories: &[&str]) -> Result<u32, Fault> {
-        log::switch_log(log, on, categories)
-    }
 }
 
 impl<M: Model> Fmi3Instance<M> {
@@ -132,12 +128,11 @@ impl<M: Model> Fmi3Instance<M> {
     pub(crate) fn exit_initialization(&mut self) -> Result<(), Fault> {
         self.instance.exit_initialization()?;
         self.version.step_state = STEP_MODE;
-        if self.interface == ME {
-            self.instance.enter_events();
-        } else if self.version.has_event_mode {
-            self.instance.state.phase = Phase::Exchange;
+        match self.interface {
+            ME => self.instance.enter(Phase::Event),
+            _ if self.version.has_event_mode => self.instance.enter(Phase::Exchange),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     /// fmi3EnterConfigurationMode.
@@ -180,23 +175,20 @@ impl<M: Model> Fmi3Instance<M> {
     /// fmi3EnterEventMode.
     pub(crate) fn enter_event_mode(&mut self) -> Result<(), Fault> {
         if self.interface == ME {
-            self.instance.enter_events();
-            return Ok(());
+            return self.instance.enter(Phase::Event);
         }
         if !self.version.has_event_mode {
             return refuse!(
                 "eventModeUsed was false in fmi3InstantiateCoSimulation; it must be true to enter Event Mode"
             );
         }
-        self.instance.state.phase = Phase::Exchange;
-        Ok(())
+        self.instance.enter(Phase::Exchange)
     }
 
     /// fmi3EnterStepMode.
     pub(crate) fn enter_step_mode(&mut self) -> Result<(), Fault> {
-        self.instance.state.phase = Phase::Stepping;
         self.version.step_state = STEP_MODE;
-        Ok(())
+        self.instance.enter(Phase::Stepping)
     }
 
     /// Records that a value was set: in Step Mode, nothing can be read before the next step.

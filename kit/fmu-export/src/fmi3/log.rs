@@ -35,26 +35,26 @@ pub(crate) fn new<M: Model>(
     Log::new(logger, M::INFO.log_categories, enabled)
 }
 
-/// fmi3SetDebugLogging: enables or disables the named categories, or all without names.
-pub(crate) fn switch_log(log: &Log, on: bool, names: &[&str]) -> Result<u32, Fault> {
-    let mut named = if names.is_empty() { ALL } else { 0 };
-    for name in names {
-        let Some(bits) = log.bits(name) else {
-            let known = CATEGORIES.iter().map(|(name, ..)| *name);
-            let own = log.categories().iter().map(|(name, _)| *name);
-            let known: Vec<_> = known.chain(own).collect();
-            return refuse!("category `{name}` must be one of {}", known.join(", "));
-        };
-        named |= bits;
-    }
-    Ok(match on {
-        true => log.enabled() | named,
-        false => log.enabled() & !named,
-    })
-}
-
 impl log::Logger for Logger {
     const WARNINGS_INCLUDE_MODEL: bool = false;
+
+    /// fmi3SetDebugLogging: enables or disables the named categories, or all without names.
+    fn switch(log: &Log, on: bool, names: &[&str]) -> Result<u32, Fault> {
+        let mut named = if names.is_empty() { ALL } else { 0 };
+        for name in names {
+            let Some(bits) = log.bits(name) else {
+                let known = CATEGORIES.iter().map(|(name, ..)| *name);
+                let own = log.categories().iter().map(|(name, _)| *name);
+                let known: Vec<_> = known.chain(own).collect();
+                return refuse!("category `{name}` must be one of {}", known.join(", "));
+            };
+            named |= bits;
+        }
+        Ok(match on {
+            true => log.enabled() | named,
+            false => log.enabled() & !named,
+        })
+    }
 
     fn is_available(&self) -> bool {
         self.callback.is_some()
