@@ -197,10 +197,8 @@ impl Description {
     /// Whether a variable, or the array that it is an element of, is a continuous state of Model
     /// Exchange, that is, one of the [`derivatives`](Self::derivatives) is its derivative.
     pub fn is_state(&self, v: &Variable) -> bool {
-        let states = self
-            .derivatives
-            .iter()
-            .filter_map(|d| self.state_of(d.variable));
+        let derivatives = self.derivatives.iter();
+        let states = derivatives.filter_map(|d| self.state_of(d.variable));
         let mut states = states.map(|k| &self.variables[k]);
         let place = |v: &Variable| (v.access(), v.reference);
         self.model_exchange && states.any(|state| place(state) == place(v))

@@ -57,11 +57,7 @@ fn element(array: &Variable, place: usize) -> Variable {
     indices.reverse();
     Variable {
         name: format!("{}[{}]", array.name, indices.join(",")),
-        start: array
-            .start_of(place)
-            .map(String::from)
-            .into_iter()
-            .collect(),
+        start: Vec::from_iter(array.start_of(place).map(String::from)),
         dimensions: Vec::new(),
         element: Some(place),
         ..array.clone()

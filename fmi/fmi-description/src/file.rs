@@ -30,10 +30,9 @@ pub fn read_head(
         Version::Fmi2 => "guid",
         Version::Fmi3 => "instantiationToken",
     })?;
-    let offered = INTERFACES
-        .iter()
-        .filter(|(tag, _)| root.child(tag).is_some());
-    let interfaces: Vec<_> = offered.map(|(_, name)| *name).collect();
+    let mut offered = INTERFACES.to_vec();
+    offered.retain(|(tag, _)| root.child(tag).is_some());
+    let interfaces: Vec<_> = offered.iter().map(|(_, name)| *name).collect();
     let mut tags = INTERFACES.iter().map(|(tag, _)| *tag);
     let wanted = tags.by_ref().take(if of_any { 3 } else { 1 });
     let Some(slave) = wanted.flat_map(|tag| root.child(tag)).next() else {
@@ -141,9 +140,8 @@ pub fn items<'a>(types: impl Iterator<Item = (&'a String, &'a Element)>) -> Item
         })
     };
     let all = |declared: &'a Element| declared.all("Item").map(item).collect();
-    types
-        .map(|(name, declared)| (name.clone(), all(declared)))
-        .collect()
+    let read = |(name, declared): (&'a String, _)| (name.clone(), all(declared));
+    types.map(read).collect()
 }
 
 /// The kind of an enumeration, whose type is named by `typed`.

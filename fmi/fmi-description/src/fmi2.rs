@@ -11,13 +11,11 @@ use crate::xml::{Element, XmlError};
 pub fn read(root: &Element, into: &mut Description) -> Result<(), XmlError> {
     let types = root.all_in("TypeDefinitions");
     let types: HashMap<_, _> = types.map(|t| (t.text("name"), t)).collect();
-    let enumerations = types.iter();
-    let enumerations = enumerations.filter_map(|(name, t)| Some((name, t.child("Enumeration")?)));
-    let enumerations = items(enumerations);
+    let enumeration = |(name, t): (_, &&Element)| Some((name, t.child("Enumeration")?));
+    let enumerations = items(types.iter().filter_map(enumeration));
     let variables = root.listed("ModelVariables", "ScalarVariable");
-    into.variables = variables
-        .map(|v| variable(v, &types, &enumerations))
-        .collect::<Result<_, _>>()?;
+    let variables = variables.map(|v| variable(v, &types, &enumerations));
+    into.variables = variables.collect::<Result<_, _>>()?;
     let count = into.variables.len();
     into.outputs = unknowns(root, "Outputs", count)?;
     into.derivatives = unknowns(root, "Derivatives", count)?;
@@ -69,9 +67,7 @@ fn unknowns(root: &Element, list: &str, count: usize) -> Result<Vec<Unknown>, Xm
             )
         })
     };
-    let structure = root.child("ModelStructure");
-    let listed = structure
-        .into_iter()
-        .flat_map(|s| s.listed(list, "Unknown"));
+    let structure = root.child("ModelStructure").into_iter();
+    let listed = structure.flat_map(|s| s.listed(list, "Unknown"));
     listed.map(|u| unknown(u, "index", position)).collect()
 }

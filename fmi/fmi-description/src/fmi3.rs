@@ -22,17 +22,14 @@ pub fn read(root: &Element, into: &mut Description) -> Result<(), XmlError> {
         })
     };
     let unknowns = |tag| -> Result<Vec<Unknown>, XmlError> {
-        let listed = root.listed("ModelStructure", tag);
-        listed
-            .map(|u| unknown(u, "valueReference", index))
-            .collect()
+        let read = |u| unknown(u, "valueReference", index);
+        root.listed("ModelStructure", tag).map(read).collect()
     };
     into.outputs = unknowns("Output")?;
     into.derivatives = unknowns("ContinuousStateDerivative")?;
     into.initial_unknowns = unknowns("InitialUnknown")?;
-    let all = [&into.outputs, &into.derivatives, &into.initial_unknowns]
-        .into_iter()
-        .flatten();
+    let lists = [&into.outputs, &into.derivatives, &into.initial_unknowns];
+    let all = lists.into_iter().flatten();
     let known = all.flat_map(|u| u.dependencies.iter().flat_map(|known| known.iter()));
     if known.map(|k| into.variables[*k].size()).sum::<usize>() > 16 * ARRAY_ELEMENTS {
         let most = 16 * ARRAY_ELEMENTS;
@@ -163,7 +160,7 @@ fn variable(
         Kind::Clock => timing(source)?,
         _ => None,
     };
-    let clocks = element.get("clocks").unwrap_or_default();
+    let clocks = element.get("clocks").unwrap_or_default().split_whitespace();
     let clock = |word: &str| {
         let reference = word.parse();
         reference.map_err(|_| element.wrong(format!("names `{word}` as a clock")))
@@ -171,10 +168,7 @@ fn variable(
     Ok(Variable {
         start,
         timing,
-        clocks: clocks
-            .split_whitespace()
-            .map(clock)
-            .collect::<Result<_, _>>()?,
+        clocks: clocks.map(clock).collect::<Result<_, _>>()?,
         ..source.read(kind, access.unwrap_or(Access::Int64), default_variability)?
     })
 }
@@ -204,10 +198,8 @@ fn timing(source: VariableElements) -> Result<Option<ClockTiming>, XmlError> {
     let resolution = number("resolution")?;
     let seconds = |decimal, counter| {
         let counted: Option<f64> = number(counter)?;
-        let counted = counted
-            .zip(resolution)
-            .map(|(n, per_second)| n / per_second);
-        Ok(number(decimal)?.or(counted))
+        let in_seconds = |(n, per_second)| n / per_second;
+        Ok(number(decimal)?.or(counted.zip(resolution).map(in_seconds)))
     };
     let period = seconds("intervalDecimal", "intervalCounter")?;
     let shift = seconds("shiftDecimal", "shiftCounter")?.unwrap_or(0.0);

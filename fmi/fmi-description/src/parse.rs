@@ -88,10 +88,8 @@ fn add_remarks(root: &Element, description: &mut Description) {
     });
     description.remarks.extend(unlisted);
     let mut names = HashSet::new();
-    let twice = description
-        .variables
-        .iter()
-        .find(|v| !names.insert(&v.name));
+    let mut variables = description.variables.iter();
+    let twice = variables.find(|v| !names.insert(&v.name));
     let twice = twice.map(|v| Remark::SameName(v.name.clone()));
     description.remarks.extend(twice);
 }

@@ -104,9 +104,8 @@ impl Batch {
     /// element](Description::by_element).
     pub fn new(description: &Description, layout: &Layout, variables: Vec<usize>) -> Self {
         let variable = |k: &usize| &description.variables[*k];
-        let access = variables
-            .first()
-            .map_or(Access::Real, |k| variable(k).access());
+        let first = variables.first();
+        let access = first.map_or(Access::Real, |k| variable(k).access());
         debug_assert!(variables.iter().all(|k| variable(k).access() == access));
         let mut batch = BatchPlan {
             access,
@@ -123,11 +122,8 @@ impl Batch {
             variables,
         };
         if description.fmi == Version::Fmi2 {
-            batch.references = batch
-                .variables
-                .iter()
-                .map(|k| variable(k).reference)
-                .collect();
+            let references = batch.variables.iter().map(|k| variable(k).reference);
+            batch.references = references.collect();
             batch.passed = batch.references.len();
             batch.first_orders = vec![1; batch.passed];
             return Self(Arc::new(batch));

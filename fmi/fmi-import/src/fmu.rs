@@ -136,10 +136,7 @@ impl Fmu {
 
     /// The types of its variables.
     pub fn accesses(&self) -> std::collections::BTreeSet<Access> {
-        self.description
-            .variables
-            .iter()
-            .map(Variable::access)
-            .collect()
+        let variables = self.description.variables.iter();
+        variables.map(Variable::access).collect()
     }
 }

@@ -41,9 +41,8 @@ impl Functions {
     pub fn load(library: impl Exports, description: &Description) -> Arc<Self> {
         let variables = description.variables.iter();
         let arrays = variables.clone().filter(|v| v.size() > 1);
-        let time = variables
-            .clone()
-            .find(|v| v.causality == Causality::Independent);
+        let is_time = |v: &&Variable| v.causality == Causality::Independent;
+        let time = variables.clone().find(is_time);
         let named = |v: &Variable| ((letter(v.access()), v.reference), v.name.clone());
         let names = match description.fmi {
             // Of aliases, the first.

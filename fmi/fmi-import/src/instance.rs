@@ -249,10 +249,8 @@ impl<'a> Instance<'a> {
             return (OK, Vec::new());
         }
         let mut values = vec![0.0; self.fmu.functions.count(references)];
-        let status = self
-            .raw
-            .get_reals(Array::Elements(references), Some(&mut values));
-        (status, values)
+        let vr = Array::Elements(references);
+        (self.raw.get_reals(vr, Some(&mut values)), values)
     }
 
     /// The values of Real variables, which must be readable; the error names the first that is not.
@@ -319,14 +317,8 @@ impl<'a> Instance<'a> {
     /// A refusal is ignored.
     pub fn excite(&self, k: usize) {
         let is_moving = |v: &&Variable| v.is_input() && v.access() == Access::Real;
-        for (n, v) in self
-            .fmu
-            .description
-            .variables
-            .iter()
-            .filter(is_moving)
-            .enumerate()
-        {
+        let variables = self.fmu.description.variables.iter();
+        for (n, v) in variables.filter(is_moving).enumerate() {
             let [min, max] = v.bounds();
             let value = |element: usize| {
                 let (start, scale) = start_and_scale(v, element);
@@ -364,20 +356,16 @@ pub fn start_time(fmu: &Fmu) -> f64 {
 /// 10 ms; in s.
 pub fn step_size(fmu: &Fmu) -> f64 {
     let experiment = &fmu.description.default_experiment;
-    let span = experiment
-        .stop
-        .map(|stop| (stop - experiment.start.unwrap_or(0.0)) / 500.0);
-    let proposed = experiment.step.or(span).unwrap_or(0.01);
-    if proposed.is_finite() && proposed > 0.0 {
-        proposed
-    } else {
-        0.01
-    }
+    let start = experiment.start.unwrap_or(0.0);
+    let span = experiment.stop.map(|stop| (stop - start) / 500.0);
+    let proposed = experiment.step.or(span);
+    proposed
+        .filter(|h| h.is_finite() && *h > 0.0)
+        .unwrap_or(0.01)
 }
 
 /// The last message after a colon, to end a sentence with; empty without messages.
 pub fn last_message(messages: &[Message]) -> String {
-    messages
-        .last()
-        .map_or(String::new(), |m| format!(": {}", m.format))
+    let last = messages.last();
+    last.map_or(String::new(), |m| format!(": {}", m.format))
 }

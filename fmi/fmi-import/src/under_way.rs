@@ -75,9 +75,8 @@ impl Slot {
         if OWN.get() == &raw const SPARE && RELEASE.try_with(|_| ()).is_ok() {
             let own = thread();
             let claim = |slot: &&Slot| {
-                slot.thread
-                    .compare_exchange(0, own, Relaxed, Relaxed)
-                    .is_ok()
+                let claimed = slot.thread.compare_exchange(0, own, Relaxed, Relaxed);
+                claimed.is_ok()
             };
             OWN.set(SLOTS.iter().find(claim).unwrap_or(&SPARE));
         }

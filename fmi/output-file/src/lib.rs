@@ -75,13 +75,9 @@ impl OutputFile {
             let error = io::Error::other("a part of it could not be written");
             return Err(named(&self.path, &error));
         }
-        let renamed = self
-            .names
-            .as_ref()
-            .map(|[part, file]| fs::rename(part, file));
-        renamed
-            .unwrap_or(Ok(()))
-            .map_err(|error| named(&self.path, &error))?;
+        if let Some([part, file]) = &self.names {
+            fs::rename(part, file).map_err(|error| named(&self.path, &error))?;
+        }
         self.names = None;
         Ok(())
     }

@@ -120,9 +120,8 @@ pub fn tell(did: &str) {
     let _ = match own_slot() {
         Some(slot) => writeln!(line, "error: {slot} {did}"),
         None => {
-            let mut slots = SLOTS
-                .iter()
-                .filter(|slot| !slot.who.load(Relaxed).is_null());
+            let is_busy = |slot: &&Slot| !slot.who.load(Relaxed).is_null();
+            let mut slots = SLOTS.iter().filter(is_busy);
             let said = write!(
                 line,
                 "error: a thread that an FMU has made {did}; meanwhile"

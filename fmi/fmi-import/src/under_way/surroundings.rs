@@ -52,11 +52,8 @@ pub fn remember_late() {
 pub fn put_back() -> Vec<&'static str> {
     let compare =
         |to: &RefCell<Option<Surroundings>>| to.borrow().as_ref().map(Surroundings::put_back);
-    REMEMBERED
-        .try_with(compare)
-        .ok()
-        .flatten()
-        .unwrap_or_default()
+    let changed = REMEMBERED.try_with(compare).ok().flatten();
+    changed.unwrap_or_default()
 }
 
 /// Sets the mask of signals, unless it is NULL; returns the one before.
