@@ -91,6 +91,9 @@ const RESERVED: &str = "\
     false final fn for if impl in let loop macro match mod move mut override priv proc-macro pub return \
     self static std struct super test trait true type use";
 
+/// Names that the source uses for something else.
+const MEANT: &str = "Parameters Input Output State Ode Model Mode Log Self";
+
 /// Makes the crate at `path`, whose last part is its name. `fmu_export` is the folder of that crate
 /// if it is not the one that this program was built with. The default model is a first-order lag.
 pub fn new(path: &Path, fmu_export: Option<&Path>, example: Option<Name>) -> Result<()> {
@@ -107,10 +110,8 @@ pub fn new(path: &Path, fmu_export: Option<&Path>, example: Option<Name>) -> Res
     let fmu_export = fmu_export_folder(fmu_export)?;
     ensure!(!path.exists(), "{} is already there", path.display());
     // Written to a temporary folder and renamed, so that a failure leaves no half of a crate.
-    let parent = path
-        .parent()
-        .filter(|p| !p.as_os_str().is_empty())
-        .unwrap_or(Path::new("."));
+    let parent = path.parent().filter(|p| !p.as_os_str().is_empty());
+    let parent = parent.unwrap_or(Path::new("."));
     let folder = tempfile::TempDir::with_prefix_in(".cargo-fmu-", parent)
         .with_context(|| parent.display().to_string())?;
     let content = folder.path().join("new");
@@ -123,8 +124,7 @@ pub fn new(path: &Path, fmu_export: Option<&Path>, example: Option<Name>) -> Res
             .replace("{{model}}", &model);
         let file = content.join(file);
         fs::create_dir_all(file.parent().unwrap_or(&content))
-            .with_context(|| file.display().to_string())?;
-        fs::write(&file, text.replace("{{fmu-export}}", &fmu_export))
+            .and_then(|()| fs::write(&file, text.replace("{{fmu-export}}", &fmu_export)))
             .with_context(|| file.display().to_string())?;
     }
     fs::rename(&content, path).with_context(|| path.display().to_string())?;
@@ -156,20 +156,8 @@ fn model(name: &str) -> Result<String> {
     let model: String = words
         .map(|word| word[..word.len().min(1)].to_uppercase() + word.get(1..).unwrap_or(""))
         .collect();
-    // Names that the source uses for something else.
     ensure!(
-        ![
-            "Parameters",
-            "Input",
-            "Output",
-            "State",
-            "Ode",
-            "Model",
-            "Mode",
-            "Log",
-            "Self"
-        ]
-        .contains(&model.as_str()),
+        !MEANT.split(' ').any(|word| word == model),
         "the name `{name}` would make a model `{model}`, which fmu-export has a meaning for; take another one"
     );
     Ok(model)
@@ -179,19 +167,16 @@ fn model(name: &str) -> Result<String> {
 fn fmu_export_folder(given: Option<&Path>) -> Result<String> {
     let built_from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../fmu-export");
     let folder = given.map_or(built_from, PathBuf::from);
-    let is_it = fs::read_to_string(folder.join("Cargo.toml")).is_ok_and(|text| {
-        text.lines()
-            .any(|line| line.trim() == "name = \"fmu-export\"")
-    });
+    let text = fs::read_to_string(folder.join("Cargo.toml")).unwrap_or_default();
+    let is_it = (text.lines()).any(|line| line.trim() == "name = \"fmu-export\"");
     ensure!(
         is_it,
         "{} is not the folder of the crate fmu-export; it is on no registry yet, so say where its source is: --fmu-export PATH",
         folder.display()
     );
     let folder = fs::canonicalize(&folder).with_context(|| folder.display().to_string())?;
-    let text = folder
-        .to_str()
-        .with_context(|| format!("{} must be UTF-8", folder.display()))?;
+    let text = folder.to_str();
+    let text = text.with_context(|| format!("{} must be UTF-8", folder.display()))?;
     // A backslash begins an escape in TOML; cargo accepts slashes on Windows too.
     Ok(text.trim_start_matches(r"\\?\").replace('\\', "/"))
 }

@@ -53,9 +53,8 @@ impl Notices {
     /// Reads what `cargo metadata` says about a workspace.
     pub fn new(workspace: &Workspace) -> Result<Self> {
         let mut command = cargo();
-        command
-            .current_dir(&workspace.root)
-            .args(["metadata", "--format-version", "1"]);
+        command.current_dir(&workspace.root);
+        command.args(["metadata", "--format-version", "1"]);
         serde_json::from_str(&output(&mut command)?).context("the answer of cargo metadata")
     }
 
@@ -66,12 +65,9 @@ impl Notices {
         let host = [""];
         for triple in if triples.is_empty() { &host } else { triples } {
             for (name, version) in compiled_in(workspace, package, triple)? {
-                let found = self
-                    .packages
-                    .iter()
-                    .find(|p| p.name == name && p.version == version);
-                let found =
-                    found.with_context(|| format!("cargo metadata knows no {name} {version}"))?;
+                let is_it = |p: &&Package| p.name == name && p.version == version;
+                let found = (self.packages.iter().find(is_it))
+                    .with_context(|| format!("cargo metadata knows no {name} {version}"))?;
                 parts.extend(found.declared()?);
                 if !self.workspace_members.contains(&found.id) {
                     parts.insert(found.part()?);
@@ -140,8 +136,9 @@ impl Package {
     fn part(&self) -> Result<ThirdParty> {
         let license = self
             .license
-            .clone()
-            .unwrap_or_else(|| "see its text".into());
+            .as_deref()
+            .unwrap_or("see its text")
+            .to_string();
         let mut texts = self.texts()?;
         if texts.is_empty() {
             texts.push(spdx_texts(&license, &self.authors).with_context(|| self.name.clone())?);
@@ -207,18 +204,14 @@ fn spdx_texts(expression: &str, authors: &[String]) -> Result<String> {
     let mit = spdx::license_id("MIT");
     let is_mit = |id: Option<spdx::LicenseId>| id.is_some() && id == mit;
     let has_choice = expression.evaluate(|requirement| is_mit(requirement.license.id()));
-    let ids: BTreeSet<_> = expression
-        .requirements()
-        .filter_map(|r| r.req.license.id())
-        .collect();
+    let requirements = expression.requirements();
+    let mut ids: BTreeSet<_> = requirements.filter_map(|r| r.req.license.id()).collect();
+    ids.retain(|id| !has_choice || is_mit(Some(*id)));
     let mut text = match authors.is_empty() {
         true => String::new(),
         false => format!("Copyright (c) {}\n\n", authors.join(", ")),
     };
-    for id in ids
-        .into_iter()
-        .filter(|id| !has_choice || is_mit(Some(*id)))
-    {
+    for id in ids {
         let _ = writeln!(text, "{}", id.text().trim()); // writing to a String cannot fail
     }
     Ok(text)
@@ -237,12 +230,8 @@ fn listing(package: &str, parts: &BTreeSet<ThirdParty>) -> String {
             owners.entry(of_part.trim()).or_default().push(named(part));
         }
     }
-    let mut blocks: Vec<_> = owners
-        .into_iter()
-        .map(|(text, owners)| (owners, text))
-        .collect();
-    blocks.sort();
-    for (owners, licence) in blocks {
+    let blocks = owners.into_iter().map(|(text, owners)| (owners, text));
+    for (owners, licence) in BTreeSet::from_iter(blocks) {
         let line = "=".repeat(100);
         text += &format!("\n{line}\n{}\n{line}\n\n{licence}\n", owners.join(", "));
     }

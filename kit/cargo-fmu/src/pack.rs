@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 
 use fmi_description::Version;
 
@@ -152,10 +152,8 @@ pub fn fmi3_files(fmus: &[PathBuf]) -> Result<Vec<PathBuf>> {
     };
     let missing =
         |fmu: &PathBuf| format!("there is no FMU of FMI 3.0 for {} in fmi3/", fmu.display());
-    let of_3 = fmus
-        .iter()
-        .map(|fmu| beside(fmu).with_context(|| missing(fmu)));
-    of_3.collect()
+    let of_3 = |fmu| beside(fmu).with_context(|| missing(fmu));
+    fmus.iter().map(of_3).collect()
 }
 
 /// The platform of a library, by its own header, and its bytes.
@@ -191,9 +189,8 @@ fn pack_fmu(
 ) -> Result<PathBuf> {
     let mut entries = library::exported_files(loaded, version)?;
     let description = library::description(&entries);
-    let identifier = description
-        .with_context(|| loaded.display().to_string())?
-        .identifier;
+    let description = description.with_context(|| loaded.display().to_string())?;
+    let identifier = description.identifier;
     for (platform, bytes) in libraries {
         if let Some(path) = platform.library(version, &identifier) {
             entries.insert(path, bytes.clone());
@@ -234,17 +231,13 @@ fn package_files(workspace: &Workspace, package: &Package, notices: Entries) -> 
 /// `documentation/` and `resources/`. Files of the same names in the library take precedence.
 fn files_by_convention(folder: &Path) -> Result<Entries> {
     let mut found = Entries::new();
-    let mut left = ["model.png", "documentation", "resources"]
-        .map(String::from)
-        .to_vec();
+    let mut left = Vec::from(["model.png", "documentation", "resources"].map(String::from));
     while let Some(name) = left.pop() {
         let path = folder.join(&name);
         if path.is_dir() {
             for entry in fs::read_dir(&path).with_context(|| path.display().to_string())? {
-                let file = entry?.file_name();
-                let file = file
-                    .to_str()
-                    .with_context(|| format!("{file:?} in {name}/ must be UTF-8"))?;
+                let file = entry?.file_name().into_string();
+                let file = file.map_err(|file| anyhow!("{file:?} in {name}/ must be UTF-8"))?;
                 if !file.starts_with('.') {
                     left.push(format!("{name}/{file}"));
                 }

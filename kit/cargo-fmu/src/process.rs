@@ -2,7 +2,7 @@
 
 use std::process::{Command, ExitCode, Stdio};
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 
 /// Ends a program: returns its exit code, or prints an error and returns that of a failure.
 pub fn end(result: Result<ExitCode>) -> ExitCode {
@@ -14,24 +14,18 @@ pub fn end(result: Result<ExitCode>) -> ExitCode {
 
 /// Runs a command, which must succeed.
 pub fn execute(command: &mut Command) -> Result<()> {
-    let text = shown(command);
-    let status = command
-        .status()
-        .with_context(|| format!("`{text}` cannot be started"))?;
+    let (text, status) = (shown(command), command.status());
+    let status = status.with_context(|| format!("`{text}` cannot be started"))?;
     ensure!(status.success(), "`{text}` failed ({status})");
     Ok(())
 }
 
 /// Runs a command, which must succeed; returns what it wrote to standard output.
 pub fn output(command: &mut Command) -> Result<String> {
-    let text = shown(command);
-    let result = command
-        .stderr(Stdio::inherit())
-        .output()
-        .with_context(|| format!("`{text}` cannot be started"))?;
-    if !result.status.success() {
-        bail!("`{text}` failed ({})", result.status);
-    }
+    let (text, result) = (shown(command), command.stderr(Stdio::inherit()).output());
+    let result = result.with_context(|| format!("`{text}` cannot be started"))?;
+    let status = result.status;
+    ensure!(status.success(), "`{text}` failed ({status})");
     String::from_utf8(result.stdout).with_context(|| format!("`{text}` wrote no UTF-8"))
 }
 

@@ -139,10 +139,8 @@ impl Target {
     fn has_standard_library(&self) -> bool {
         let mut rustc = Command::new("rustc");
         rustc.args(["--print", "target-libdir", "--target", self.triple]);
-        let folder = rustc
-            .output()
-            .map(|o| String::from_utf8_lossy(&o.stdout).trim().to_string());
-        folder.is_ok_and(|folder| Path::new(&folder).is_dir())
+        let printed = rustc.output();
+        printed.is_ok_and(|o| Path::new(String::from_utf8_lossy(&o.stdout).trim()).is_dir())
     }
 
     /// `cargo build` for this platform.
@@ -156,12 +154,9 @@ impl Target {
             );
         }
         let mut flags = flags()?;
-        flags.extend(
-            private_paths(workspace)?
-                .into_iter()
-                .rev()
-                .map(|(from, to)| format!("--remap-path-prefix={from}={to}")),
-        );
+        for (from, to) in private_paths(workspace)?.into_iter().rev() {
+            flags.push(format!("--remap-path-prefix={from}={to}"));
+        }
         let mut command = match self.linker {
             Linker::Zig { libc } => {
                 if self.is_macos() {
@@ -267,18 +262,15 @@ fn flags() -> Result<Vec<String>> {
 /// with the name that replaces it on every machine.
 fn private_paths(workspace: &Workspace) -> Result<Vec<(String, String)>> {
     let text = |path: &Path| {
-        path.to_str()
-            .map(String::from)
-            .context("a path that is no UTF-8")
+        let text = path.to_str().map(String::from);
+        text.context("a path that is no UTF-8")
     };
     let home = env::home_dir().context("this user has no home folder")?;
     let cargo_home = env::var_os("CARGO_HOME").map_or_else(|| home.join(".cargo"), PathBuf::from);
     let mut paths = Vec::new();
     // One folder for each registry, which may be a mirror.
-    for registry in fs::read_dir(cargo_home.join("registry/src"))
-        .into_iter()
-        .flatten()
-    {
+    let registries = fs::read_dir(cargo_home.join("registry/src"));
+    for registry in registries.into_iter().flatten() {
         paths.push((text(&registry?.path())?, "/registry".to_string()));
     }
     paths.push((text(&cargo_home)?, "/cargo".to_string()));
@@ -286,9 +278,8 @@ fn private_paths(workspace: &Workspace) -> Result<Vec<(String, String)>> {
     paths.push((text(&workspace.target)?, "/source/target".to_string()));
     paths.push((text(&workspace.root)?, "/source".to_string()));
     let version = output(Command::new("rustc").arg("-vV"))?;
-    let commit = version
-        .lines()
-        .find_map(|l| l.strip_prefix("commit-hash: "));
+    let mut lines = version.lines();
+    let commit = lines.find_map(|l| l.strip_prefix("commit-hash: "));
     let sysroot = output(Command::new("rustc").args(["--print", "sysroot"]))?;
     let library = Path::new(sysroot.trim()).join("lib/rustlib/src/rust");
     // The name that the standard library itself was built with.

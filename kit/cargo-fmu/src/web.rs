@@ -176,10 +176,9 @@ fn fmu(mut entries: Entries) -> Result<Entries> {
             component::path(&identifier)
         ),
     };
+    let exports = component::exports(&module)?;
     ensure!(
-        component::exports(&module)?
-            .iter()
-            .any(|name| name == "fmi3DoStep"),
+        exports.iter().any(|name| name == "fmi3DoStep"),
         "its WebAssembly does not export the C functions of FMI 3.0, which a page calls; fmu-export makes such modules"
     );
     entries.retain(|name, _| !name.starts_with("binaries/") && !name.starts_with("sources/"));
@@ -193,10 +192,9 @@ fn system(entries: Entries) -> Result<Entries> {
         if !name.ends_with(".fmu") {
             return Ok((name, bytes));
         }
-        let entries = entries::read_bytes(bytes)
-            .map_err(anyhow::Error::from)
-            .and_then(fmu);
-        let bytes = entries::stored(&entries.with_context(|| name.clone())?)?;
+        let entries = entries::read_bytes(bytes).map_err(anyhow::Error::from);
+        let entries = entries.and_then(fmu).with_context(|| name.clone())?;
+        let bytes = entries::stored(&entries)?;
         Ok((name, bytes))
     };
     entries.into_iter().map(for_page).collect()

@@ -97,10 +97,8 @@ impl Workspace {
             Some(nearest) => nearest.name == p.name,
             None => true,
         });
-        let with_library = chosen.filter(|p| p.is_fmu());
-        with_library
-            .map(|p| Source::Package(p.name.clone()))
-            .collect()
+        let with_library = chosen.filter(|p| p.is_fmu()).map(|p| p.name.clone());
+        with_library.map(Source::Package).collect()
     }
 
     /// Builds the libraries of FMUs for this machine; returns each with its package.
@@ -169,9 +167,8 @@ impl Package {
 
     /// Whether it may be published: `publish = false` is an empty list of registries.
     pub fn is_published(&self) -> bool {
-        self.publish
-            .as_ref()
-            .is_none_or(|registries| !registries.is_empty())
+        let registries = self.publish.as_ref();
+        registries.is_none_or(|registries| !registries.is_empty())
     }
 
     /// Whether it is a cdylib that depends on `fmu-export`.
@@ -191,9 +188,11 @@ impl Target {
 impl Source {
     /// The packages and examples named on a command line.
     pub fn chosen(packages: Vec<String>, examples: Vec<String>) -> Vec<Self> {
-        let packages = packages.into_iter().map(Self::Package);
+        let examples = examples.into_iter().map(Self::Example);
         packages
-            .chain(examples.into_iter().map(Self::Example))
+            .into_iter()
+            .map(Self::Package)
+            .chain(examples)
             .collect()
     }
 
@@ -243,10 +242,11 @@ pub fn artifacts(command: &mut Command) -> Result<Vec<Artifact>> {
     let is_artifact = |line: &&str| {
         serde_json::from_str::<Message>(line).is_ok_and(|m| m.reason == "compiler-artifact")
     };
-    let artifacts = messages.lines().filter(is_artifact);
-    let artifacts = artifacts
-        .map(serde_json::from_str)
-        .collect::<Result<_, _>>();
+    let artifacts = messages
+        .lines()
+        .filter(is_artifact)
+        .map(serde_json::from_str);
+    let artifacts = artifacts.collect::<Result<_, _>>();
     artifacts.context("the messages of cargo")
 }
 
