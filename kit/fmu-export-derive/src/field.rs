@@ -226,11 +226,10 @@ fn kind(ty: &Type) -> Result<(Kind, Shape)> {
 
 /// The element type of a `Vec`; None for another type.
 fn vector_of(path: &TypePath) -> Option<&Type> {
-    let last = path
-        .path
-        .segments
-        .last()
-        .filter(|last| last.ident == "Vec")?;
+    let last = path.path.segments.last()?;
+    if last.ident != "Vec" {
+        return None;
+    }
     match &last.arguments {
         PathArguments::AngleBracketed(list) => match list.args.first()? {
             GenericArgument::Type(element) => Some(element),

@@ -126,9 +126,7 @@ fn data(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
     let [copies, moves] = ["copied", "copied_to"].map(|function| {
         let function = Ident::new(function, Span::call_site());
         let types = fields.iter().map(|field| &field.ty);
-        types
-            .map(|ty| quote!(__fmu::FieldType::<#ty>::#function))
-            .collect::<Vec<_>>()
+        Vec::from_iter(types.map(|ty| quote!(__fmu::FieldType::<#ty>::#function)))
     });
     let mut impls = quote! {
         impl ::core::clone::Clone for #ident {

@@ -13,10 +13,8 @@ impl<M: Model> ModelCheck<M> {
     pub(super) fn accessors(&mut self) {
         let elements: Vec<_> = self.layout.iter().collect();
         let read = |point: &Point<M>| -> Vec<_> {
-            elements
-                .iter()
-                .map(|&element| point.read(element))
-                .collect()
+            let elements = elements.iter();
+            elements.map(|&element| point.read(element)).collect()
         };
         let before = read(&self.start);
         for (k, element) in self.layout.samples() {

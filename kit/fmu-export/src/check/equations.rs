@@ -34,13 +34,9 @@ impl<M: Model> ModelCheck<M> {
         let now = M::Evaluation::new(&model, p, u).map_err(what)?;
         let y = model.output(p, u, &now).map_err(what)?;
         let texts = output(&self.layout, &model, &self.start).map_err(what)?;
-        let states = self.knowns.states.iter().zip(
-            self.layout
-                .iter()
-                .zip(&texts)
-                .filter(|((_, row), _)| row.storage.is_derivative()),
-        );
-        for (k, (&state, ((i, row), text))) in states.enumerate() {
+        let elements = self.layout.iter().zip(&texts);
+        let rates = elements.filter(|((_, row), _)| row.storage.is_derivative());
+        for (k, (&state, ((i, row), text))) in self.knowns.states.iter().zip(rates).enumerate() {
             let name = self.name(state);
             let (_, shown) = self.layout.iter().nth(state).expect("counted");
             if let Storage::RealOut(field) = &shown.storage
@@ -63,18 +59,12 @@ impl<M: Model> ModelCheck<M> {
     /// A sample of the states: index, position and row.
     fn sampled_states(&self) -> Vec<(usize, usize, &'static Variable<M>)> {
         let state = |(position, (_, row)): (usize, Element<M>)| {
-            let k = self
-                .knowns
-                .states
-                .iter()
-                .position(|&state| state == position)?;
+            let mut states = self.knowns.states.iter();
+            let k = states.position(|&state| state == position)?;
             Some((k, position, row))
         };
-        self.layout
-            .samples()
-            .into_iter()
-            .filter_map(state)
-            .collect()
+        let samples = self.layout.samples().into_iter();
+        samples.filter_map(state).collect()
     }
 
     /// Compares the model's directional derivatives with differences, for each state and input.

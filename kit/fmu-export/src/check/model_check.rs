@@ -20,8 +20,7 @@ pub(super) struct ModelCheck<M: Model> {
 
 impl<M: Model> ModelCheck<M> {
     pub(super) fn new() -> Self {
-        let (p, u) = M::defaults();
-        let (p, u) = fit_start_values::<M>((p, u));
+        let (p, u) = fit_start_values::<M>(M::defaults());
         let layout = Layout::new(&p, &u);
         Self {
             knowns: Knowns::new(&layout),
@@ -87,17 +86,10 @@ fn write_equations<M: Model>(
     let mut rate = model.clone();
     let mut numbers = vec![f64::NAN; layout.states + layout.indicators];
     (equations.set_states)(&mut rate, &numbers[..layout.states]);
-    equations.derivatives_and_indicators(
-        model,
-        (p, u, now, 0.0),
-        &mut rate,
-        layout.states,
-        &mut numbers,
-    )?;
-    let rows = layout
-        .iter()
-        .zip(texts)
-        .filter(|((_, row), _)| row.storage.is_equation());
+    let at = (p, u, now, 0.0);
+    equations.derivatives_and_indicators(model, at, &mut rate, layout.states, &mut numbers)?;
+    let elements = layout.iter().zip(texts);
+    let rows = elements.filter(|((_, row), _)| row.storage.is_equation());
     for ((_, text), number) in rows.zip(&numbers) {
         *text = format!("{:x}", number.to_bits());
     }

@@ -106,11 +106,8 @@ impl<M: Model> Instance<M> {
         all: impl Iterator<Item = f64>,
     ) {
         let (mut changed, mut sets) = (row.counter.is_some(), 0);
-        for (input, value) in field
-            .slice_mut(&mut self.state.input.value)
-            .iter_mut()
-            .zip(all)
-        {
+        let inputs = field.slice_mut(&mut self.state.input.value);
+        for (input, value) in inputs.iter_mut().zip(all) {
             changed |= !input.is_same(&value);
             *input = value;
             sets += 1;

@@ -56,11 +56,8 @@ impl Knowns {
             rows.insert(row.name, Known { elements, role });
         }
         for row in ModelExchange::<M>::rows().filter(|row| row.storage.is_derivative()) {
-            states.extend(
-                rows.get(row.name)
-                    .into_iter()
-                    .flat_map(|k| k.elements.clone()),
-            );
+            let known = rows.get(row.name).into_iter();
+            states.extend(known.flat_map(|known| known.elements.clone()));
         }
         Self {
             rows,
@@ -161,12 +158,10 @@ impl Knowns {
     }
 
     fn find(&self, name: &str, i: usize) -> Option<(&Known, Range<usize>)> {
-        let row = |row: &str| {
-            self.rows
-                .get(row)
-                .map(|known| (known, known.elements.clone()))
-        };
-        elements(name, i, row)
+        elements(name, i, |row| {
+            let known = self.rows.get(row)?;
+            Some((known, known.elements.clone()))
+        })
     }
 }
 
@@ -178,10 +173,8 @@ pub(crate) fn elements<T>(
     i: usize,
     row: impl Fn(&str) -> Option<(T, Range<usize>)>,
 ) -> Option<(T, Range<usize>)> {
-    let indexed = name
-        .strip_suffix(']')
-        .and_then(|name| name.rsplit_once('['));
-    let Some((name, index)) = indexed else {
+    let inside = name.strip_suffix(']');
+    let Some((name, index)) = inside.and_then(|inside| inside.rsplit_once('[')) else {
         return row(name);
     };
     let (known, all) = row(name)?;

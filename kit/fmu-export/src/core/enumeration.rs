@@ -112,8 +112,6 @@ impl<T, const N: usize> Items<T, N> {
 /// The items with their numbers, for messages: `1 (motion) or 2 (force)`.
 pub(crate) fn numbered(items: &[(&str, &str)]) -> String {
     let items = (1..).zip(items);
-    let items: Vec<_> = items
-        .map(|(value, (name, _))| format!("{value} ({name})"))
-        .collect();
-    items.join(" or ")
+    let items = items.map(|(value, (name, _))| format!("{value} ({name})"));
+    Vec::from_iter(items).join(" or ")
 }

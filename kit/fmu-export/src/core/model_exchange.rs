@@ -7,7 +7,7 @@ use super::fault::{Fault, check_number, discard, refuse};
 use super::instance::{Instance, collect_log, collect_messages, set_log_filter};
 use super::layout::{RowSpan, state};
 use super::message::Kind;
-use super::model::ModelExchange;
+use super::model::{ModelExchange, Variable};
 use super::phase::Phase;
 use super::step::slack;
 use super::storage::Storage;
@@ -168,14 +168,10 @@ impl<M: Model> Instance<M> {
     /// Nominal values of all `n` states: those of their rows, else 1.
     pub(crate) fn nominals(&self, name: &str, n: usize) -> Result<Vec<f64>, Fault> {
         check_number(name, n, self.layout.states, "continuous states")?;
-        let derivatives = self
-            .layout
-            .iter()
-            .filter(|(_, row)| row.storage.is_derivative());
-        let nominal = |name| state::<M>(name).and_then(|row| row.nominal);
-        Ok(derivatives
-            .map(|(_, row)| nominal(row.name).unwrap_or(1.0))
-            .collect())
+        let rows = self.layout.iter().map(|(_, row)| row);
+        let states = rows.filter(|row| row.storage.is_derivative());
+        let nominal = |rate: &Variable<M>| state::<M>(rate.name).and_then(|row| row.nominal);
+        Ok(states.map(|row| nominal(row).unwrap_or(1.0)).collect())
     }
 
     /// Sets the time at which the equations are evaluated, s: not before the last event.

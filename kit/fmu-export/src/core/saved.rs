@@ -108,10 +108,8 @@ impl<M: Model> Instance<M> {
         }
         if header[12..MODEL_AT] != self.identity.version {
             let name = |v: &[u8]| {
-                let version = String::from_utf8_lossy(v);
-                version
-                    .replace('\0', "")
-                    .replace('X', " for Model Exchange")
+                let version = String::from_utf8_lossy(v).replace('\0', "");
+                version.replace('X', " for Model Exchange")
             };
             return refuse!(
                 "serialized state is of an instance of FMI {}; it must be of FMI {}",

@@ -108,11 +108,8 @@ pub(crate) fn solve<M: Continuous>(
     (t, h): (f64, f64),
 ) -> Result<StepEnd, ModelError> {
     // The number of states changes when an instance is reconfigured.
-    let mut scratch = match workspace
-        .scratch
-        .take()
-        .filter(|scratch| scratch.states.len() == n)
-    {
+    let fits = |scratch: &Box<Scratch<_, _>>| scratch.states.len() == n;
+    let mut scratch = match workspace.scratch.take().filter(fits) {
         Some(scratch) => scratch,
         None => {
             let direction = || (model.clone(), zero::<M>(u.value()));
@@ -132,11 +129,8 @@ pub(crate) fn solve<M: Continuous>(
     let (steps, rejected) = (now.steps - before.steps, now.rejected - before.rejected);
     if rejected > 0 {
         let done = format_args!("{steps} internal steps were accepted, {rejected} rejected");
-        let log = &mut workspace.log;
-        log.info(
-            "",
-            format_args!("t = {t} s, h = {h} s: {done} by the tolerance"),
-        );
+        let text = format_args!("t = {t} s, h = {h} s: {done} by the tolerance");
+        workspace.log.info("", text);
     }
     workspace.scratch = Some(scratch);
     end

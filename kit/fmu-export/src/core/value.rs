@@ -92,9 +92,8 @@ macro_rules! float {
 
         fn perturbed<M: Model>(&self, part: f64, row: &Variable<M>) -> Vec<Self> {
             let size = row.nominal.unwrap_or(1.0).max(self.abs().into());
-            let parts = [1.0, 0.1, 1e-3]
-                .into_iter()
-                .flat_map(|of| [of * part, -of * part]);
+            let sizes = [1.0, 0.1, 1e-3].into_iter();
+            let parts = sizes.flat_map(|of| [of * part, -of * part]);
             parts.map(|part| self + (part * size) as Self).collect()
         }
 

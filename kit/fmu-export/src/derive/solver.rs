@@ -84,10 +84,10 @@ fn pattern<M: Model>(n: usize, rows: &[Row<M>]) -> Result<SparsityPattern, Model
         let is_input = |row: &&Variable<M>| row.name == name && row.causality == Causality::Input;
         match state {
             Some(state) => Some((&state.indices[..], 0..state.indices.len())),
-            None => M::variables()
-                .iter()
-                .find(is_input)
-                .map(|_| (&[][..], 0..usize::MAX)),
+            None => {
+                M::variables().iter().find(is_input)?;
+                Some((&[][..], 0..usize::MAX))
+            }
         }
     };
     let mut pairs = Vec::new();

@@ -146,10 +146,8 @@ pub(super) fn experiment<M: Model>() -> Element {
         ("tolerance", M::INFO.tolerance),
         ("stepSize", Some(e.step)),
     ];
-    let said = numbers
-        .into_iter()
-        .filter_map(|(name, number)| Some((name, real(number?))));
-    Element::new("DefaultExperiment").with(said)
+    let said = |(name, number): (_, Option<f64>)| Some((name, real(number?)));
+    Element::new("DefaultExperiment").with(numbers.into_iter().filter_map(said))
 }
 
 /// The element of a variable, with the attributes that both versions write first.

@@ -134,11 +134,8 @@ fn categories<M: Model>() -> Result<(), String> {
 }
 
 fn is_identifier(name: &str) -> bool {
-    let mut chars = name.chars();
-    chars
-        .next()
-        .is_some_and(|c| c.is_ascii_alphabetic() || c == '_')
-        && chars.all(|c| c.is_ascii_alphanumeric() || c == '_')
+    let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
+    !name.is_empty() && name.chars().all(is_word) && !name.starts_with(|c: char| c.is_ascii_digit())
 }
 
 /// Whether a row's name is structured, such as `motor[2].winding.R`. Its last part must not have an
@@ -180,17 +177,17 @@ fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
     if row.description.is_empty() {
         return Err("has no description".to_owned());
     }
-    if row.tunable
-        && (!matches!(
-            row.causality,
-            Causality::Parameter | Causality::CalculatedParameter
-        ) || matches!(row.storage, Storage::Text(..)))
-    {
+    let (causality, storage) = (row.causality, &row.storage);
+    let may_be_tuned = matches!(
+        causality,
+        Causality::Parameter | Causality::CalculatedParameter
+    );
+    if row.tunable && (!may_be_tuned || matches!(storage, Storage::Text(..))) {
         let reason = "only parameters can be tunable, except String parameters with a setter";
         return Err(reason.to_owned());
     }
     let varies = matches!(
-        row.causality,
+        causality,
         Causality::Input | Causality::Output | Causality::Local
     );
     if row.discrete && !(is_real && varies) {
@@ -200,15 +197,12 @@ fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
         return Err("only an Integer row can have an enumeration".to_owned());
     }
     let unit_of_element = row.unit_of(i);
-    if !row.each_unit.is_empty() && i >= row.each_unit.len() {
-        return Err(format!(
-            "has units for {} elements only",
-            row.each_unit.len()
-        ));
+    let units = row.each_unit.len();
+    if units > 0 && i >= units {
+        return Err(format!("has units for {units} elements only"));
     }
-    if !is_real
-        && (unit_of_element.is_some() || row.display_unit.is_some() || row.nominal.is_some())
-    {
+    let has_unit = unit_of_element.is_some() || row.display_unit.is_some();
+    if !is_real && (has_unit || row.nominal.is_some()) {
         return Err("only a Real has a unit or a nominal value".to_owned());
     }
     match (unit_of_element, unit::<M>(row, i), row.display_unit) {

@@ -3,7 +3,7 @@
 
 use crate::Model;
 use crate::c_api::description::Element;
-use crate::core::layout::Layout;
+use crate::core::layout::{Block, Layout};
 use std::collections::BTreeSet;
 
 /// The first mistake in the model's terminals.
@@ -19,13 +19,11 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
             if !members.insert(*member) {
                 return Err(format!("terminal `{name}` has the member `{member}` twice"));
             }
-            let is_known = layout
-                .blocks()
-                .any(|(_, (span, first, _))| match span.is_array() {
-                    true => span.row.name == *variable,
-                    false => span.row.element_name(first) == *variable,
-                });
-            if !is_known {
+            let is_it = |(_, (span, first, _)): (u32, Block<M>)| match span.is_array() {
+                true => span.row.name == *variable,
+                false => span.row.element_name(first) == *variable,
+            };
+            if !layout.blocks().any(is_it) {
                 return Err(format!(
                     "terminal `{name}`, member `{member}`: `{variable}` must be a variable of the table"
                 ));

@@ -54,17 +54,14 @@ fn block_variable<M: Model>(
         starts => [Vec::new(), starts.unwrap_or_default()],
     };
     let start = (!numbers.is_empty()).then(|| ("start", numbers.join(" ")));
+    let texts = texts.into_iter();
     variable(element, name, number, row)
         .with(update.map(|update| ("intermediateUpdate", update)))
         .with(initial.map(|initial| ("initial", initial)))
         .with(type_attributes(row, first))
         .with(start)
         .holding((dimensions.into_iter()).map(|length| Element::new("Dimension").with([length])))
-        .holding(
-            texts
-                .into_iter()
-                .map(|text| Element::new("Start").with([("value", text)])),
-        )
+        .holding(texts.map(|text| Element::new("Start").with([("value", text)])))
 }
 
 /// The dimensions of an array: each a number, or the reference of a structural parameter.
@@ -73,10 +70,8 @@ fn dimensions<M: Model>(layout: &Layout<M>, span: &RowSpan<M>) -> Vec<(&'static 
         Length::Fixed(n) => ("start", n.to_string()),
         Length::Parameter(name) => {
             let number = (layout.blocks()).find(|(_, (span, ..))| span.row.name == name);
-            (
-                "valueReference",
-                number.map_or(0, |(number, _)| number).to_string(),
-            )
+            let number = number.map_or(0, |(number, _)| number);
+            ("valueReference", number.to_string())
         }
     };
     match span.row.lengths() {
