@@ -13,9 +13,8 @@ pub const MAX_VALUE: usize = 256 << 20;
 /// # Safety
 /// On Linux any pointer may be given; elsewhere it must be NULL or a C string.
 pub unsafe fn read(text: Text) -> Option<CString> {
-    let mut bytes = Vec::new();
     // SAFETY: forwarded.
-    unsafe { read_into(text, MAX_VALUE, |part| bytes.extend(part)) }?;
+    let bytes = unsafe { read_first(text, MAX_VALUE) }?;
     (bytes.len() < MAX_VALUE).then(|| CString::new(bytes).unwrap_or_default())
 }
 
@@ -25,45 +24,46 @@ pub unsafe fn read(text: Text) -> Option<CString> {
 /// # Safety
 /// As for [`read`].
 pub unsafe fn read_or_explain(text: Text) -> String {
-    let mut bytes = Vec::new();
     // SAFETY: forwarded.
-    let read = unsafe { read_into(text, crate::messages::MAX_TEXT, |part| bytes.extend(part)) };
-    match read {
-        Some(()) => String::from_utf8_lossy(&bytes).into_owned(),
+    match unsafe { read_first(text, crate::messages::MAX_TEXT) } {
+        Some(bytes) => String::from_utf8_lossy(&bytes).into_owned(),
         None => format!("(no text: {text:p} cannot be read)"),
     }
 }
 
-/// Copies the first `limit` bytes of a text in parts; None as for [`read`].
+/// Reads the first `limit` bytes of a text; None as for [`read`].
 ///
 /// # Safety
 /// As for [`read`].
-pub unsafe fn read_into(text: Text, limit: usize, mut take: impl FnMut(&[u8])) -> Option<()> {
+unsafe fn read_first(text: Text, limit: usize) -> Option<Vec<u8>> {
+    let mut bytes = Vec::new();
     if text.is_null() {
-        return Some(());
+        return Some(bytes);
     }
-    let (mut part, mut done) = ([0_u8; 4096], 0);
-    while done < limit {
-        let at = text.wrapping_add(done).cast::<u8>();
+    let mut part = [0_u8; 4096];
+    while bytes.len() < limit {
+        let (left, at) = (
+            limit - bytes.len(),
+            text.wrapping_add(bytes.len()).cast::<u8>(),
+        );
         // No copy crosses the end of a page, since the next page may not be there. Most texts are
         // short.
-        let page = if done == 0 { 256 } else { part.len() };
-        let part = &mut part[..(page - at.addr() % page).min(limit - done)];
+        let page = if bytes.is_empty() { 256 } else { part.len() };
+        let part = &mut part[..(page - at.addr() % page).min(left)];
         // SAFETY: forwarded.
         if !unsafe { copy(at, part) }? {
             // SAFETY: forwarded; the system does not let a process copy from itself.
             let rest = unsafe { CStr::from_ptr(at.cast()) }.to_bytes();
-            take(&rest[..rest.len().min(limit - done)]);
-            return Some(());
+            bytes.extend(&rest[..rest.len().min(left)]);
+            return Some(bytes);
         }
         let end = part.iter().position(|byte| *byte == 0);
-        take(&part[..end.unwrap_or(part.len())]);
+        bytes.extend(&part[..end.unwrap_or(part.len())]);
         if end.is_some() {
-            return Some(());
+            return Some(bytes);
         }
-        done += part.len();
     }
-    Some(())
+    Some(bytes)
 }
 
 /// Reads `size` bytes; None if they are not there, or more than [`MAX_VALUE`].
@@ -116,17 +116,16 @@ unsafe fn copy(from: *const u8, to: &mut [u8]) -> Option<bool> {
 #[cfg(feature = "printf")]
 #[unsafe(no_mangle)]
 unsafe extern "C" fn fmi_import_copy(text: Text, to: *mut u8, room: usize) -> std::ffi::c_long {
-    let mut length = 0;
-    // SAFETY: as for `read`; `to` has `room` bytes.
+    // SAFETY: as for `read`.
+    let read = unsafe { read_first(text, room - 1) };
+    let bytes = read.as_deref().unwrap_or_default();
+    // SAFETY: `to` has `room` bytes.
     unsafe {
-        let read = read_into(text, room - 1, |part| {
-            to.add(length)
-                .copy_from_nonoverlapping(part.as_ptr(), part.len());
-            length += part.len();
-        });
-        to.add(length).write(0);
-        read.map_or(-1, |()| length as std::ffi::c_long)
+        to.copy_from_nonoverlapping(bytes.as_ptr(), bytes.len());
+        to.add(bytes.len()).write(0);
     }
+    read.as_ref()
+        .map_or(-1, |bytes| bytes.len() as std::ffi::c_long)
 }
 
 #[cfg(test)]
