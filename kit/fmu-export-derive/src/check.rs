@@ -106,36 +106,25 @@ fn key_error(key: &str, field: &Field, role: Role) -> Option<String> {
 
 /// A required attribute that is missing.
 fn missing_attribute(field: &Field, role: Role) -> Option<String> {
-    let (name, attributes) = (&field.name, &field.attributes);
+    let attributes = &field.attributes;
     if !field.is_variable() || field.kind == Kind::Struct {
         return None;
     }
-    if field.description.is_empty() {
-        return Some(format!(
-            "`{name}` has no description: write a doc comment above the field"
-        ));
-    }
-    if matches!(field.shape, Shape::Vector) && attributes.len.is_empty() {
-        return Some(format!(
-            "`{name}` has no length: write `#[fmu(len = 5000)]`, or `len = p.n` with `n` a parameter that is `structural`"
-        ));
-    }
-    if attributes.has("structural") && (attributes.min.is_none() || attributes.max.is_none()) {
-        return Some(format!(
-            "`{name}` is a size without bounds: write `min = 1, max = …`"
-        ));
-    }
-    if field.kind.is_float() && attributes.unit.is_none() {
-        return Some(format!(
-            "`{name}` has no unit: write `#[fmu(unit = \"…\")]`, with \"1\" for a number without one"
-        ));
-    }
-    if role == Role::Parameter && !field.kind.is_heap() && attributes.start.is_none() {
-        return Some(format!(
-            "`{name}` has no start value: write `#[fmu(start = …)]`"
-        ));
-    }
-    None
+    let has_bounds = attributes.min.is_some() && attributes.max.is_some();
+    let what = if field.description.is_empty() {
+        "has no description: write a doc comment above the field"
+    } else if matches!(field.shape, Shape::Vector) && attributes.len.is_empty() {
+        "has no length: write `#[fmu(len = 5000)]`, or `len = p.n` with `n` a parameter that is `structural`"
+    } else if attributes.has("structural") && !has_bounds {
+        "is a size without bounds: write `min = 1, max = …`"
+    } else if field.kind.is_float() && attributes.unit.is_none() {
+        "has no unit: write `#[fmu(unit = \"…\")]`, with \"1\" for a number without one"
+    } else if role == Role::Parameter && !field.kind.is_heap() && attributes.start.is_none() {
+        "has no start value: write `#[fmu(start = …)]`"
+    } else {
+        return None;
+    };
+    Some(format!("`{}` {what}", field.name))
 }
 
 /// Checks that the start value is within the bounds, if they are literal numbers.

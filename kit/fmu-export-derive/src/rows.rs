@@ -97,12 +97,8 @@ fn parts(field: &Field, role: Role, k: usize) -> Vec<TokenStream> {
         let rows = |k| quote!(__fmu::Part::Struct(__fmu::FieldRows::<#ty, M, #path<At, #k>>::ROWS));
         return (0..structs).map(rows).collect();
     }
-    let constructor = constructor(field, role);
-    let (description, accessors, more) = (
-        &field.description,
-        accessors(field, role),
-        more(field, role),
-    );
+    let (constructor, description) = (constructor(field, role), &field.description);
+    let (accessors, more) = (accessors(field, role), more(field, role));
     vec![quote! {
         __fmu::Part::Row(
             ::fmu_export::Variable::<M>::#constructor(__Names::<At>::ALL[#k].text(), #description, #accessors) #more

@@ -115,18 +115,13 @@ fn out_of_order<V: Version>(call: Call, state: u16, interface: u16) -> Result<()
         let named = V::STATES.iter().filter(|(bit, _)| mask & bit != 0);
         named.map(|(_, name)| *name).collect()
     };
-    let others = if interface == ME {
-        !ME_STATES & !COMMON_STATES
-    } else {
-        ME_STATES
+    let own = match interface {
+        ME => ME_STATES | COMMON_STATES,
+        _ => !ME_STATES,
     };
-    let (now, allowed) = (
-        names(state).join(""),
-        names(call.allowed & !LOST & !others).join(", "),
-    );
-    Err(Fault::refused(format_args!(
-        "not allowed in state {now}; allowed in {allowed}"
-    )))
+    let now = names(state).join("");
+    let allowed = names(call.allowed & !LOST & own).join(", ");
+    fault::refuse!("not allowed in state {now}; allowed in {allowed}")
 }
 
 #[cold]

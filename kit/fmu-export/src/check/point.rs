@@ -7,13 +7,8 @@ use crate::core::storage::{Values, ValuesMut, each};
 use crate::core::value::Value;
 
 /// Parameters and inputs.
+#[derive(Clone)]
 pub(super) struct Point<M: Model>(pub(super) M::Parameters, pub(super) M::Input);
-
-impl<M: Model> Clone for Point<M> {
-    fn clone(&self) -> Self {
-        Self(self.0.clone(), self.1.clone())
-    }
-}
 
 impl<M: Model> Point<M> {
     /// The values of an input or a parameter.

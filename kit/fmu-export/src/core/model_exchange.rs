@@ -60,11 +60,8 @@ impl<M: Model> Instance<M> {
             unreachable!("`evaluate` comes first");
         };
         equation_cache.numbers.resize(all, 0.0);
-        let (p, u, numbers) = (
-            &state.parameters,
-            state.input(),
-            &mut equation_cache.numbers[range.clone()],
-        );
+        let (p, u) = (&state.parameters, state.input());
+        let numbers = &mut equation_cache.numbers[range.clone()];
         let computed = if which == Equations::Derivatives {
             let rate = equation_cache.rate.get_or_insert_with(|| model.clone());
             equations.write_derivatives(model, (p, u, now, t), rate, numbers)

@@ -27,10 +27,8 @@ impl<M: Model> Fmi3Instance<M> {
         let phase = self.instance.state.phase;
         let initially = matches!(phase, Phase::Instantiated | Phase::Initialization);
         if !row.is_unknown(initially) {
-            let (name, kind) = (
-                self.instance.name(row, first),
-                row.kind(self.instance.names),
-            );
+            let name = self.instance.name(row, first);
+            let kind = row.kind(self.instance.names);
             return refuse!(
                 "`{name}` is {kind}; it must be a variable of ModelStructure in this mode"
             );
