@@ -11,8 +11,9 @@ use crate::xml::{Element, XmlError};
 pub fn read(root: &Element, into: &mut Description) -> Result<(), XmlError> {
     let types = root.all_in("TypeDefinitions");
     let types: HashMap<_, _> = types.map(|t| (t.text("name"), t)).collect();
-    let enumeration = |(name, t): (_, &&Element)| Some((name, t.child("Enumeration")?));
-    let enumerations = items(types.iter().filter_map(enumeration));
+    let enumerations = types.iter();
+    let enumerations = enumerations.filter_map(|(name, t)| Some((name, t.child("Enumeration")?)));
+    let enumerations = items(enumerations);
     let variables = root.listed("ModelVariables", "ScalarVariable");
     let variables = variables.map(|v| variable(v, &types, &enumerations));
     into.variables = variables.collect::<Result<_, _>>()?;

@@ -108,8 +108,8 @@ pub(crate) fn solve<M: Continuous>(
     (t, h): (f64, f64),
 ) -> Result<StepEnd, ModelError> {
     // The number of states changes when an instance is reconfigured.
-    let fits = |scratch: &Box<Scratch<_, _>>| scratch.states.len() == n;
-    let mut scratch = match workspace.scratch.take().filter(fits) {
+    let old = workspace.scratch.take();
+    let mut scratch = match old.filter(|old| old.states.len() == n) {
         Some(scratch) => scratch,
         None => {
             let direction = || (model.clone(), zero::<M>(u.value()));

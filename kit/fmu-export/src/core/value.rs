@@ -165,7 +165,8 @@ macro_rules! integer {
             }
 
             fn holds(x: f64) -> bool {
-                x.fract() == 0.0 && (Self::MIN as i128..=Self::MAX as i128).contains(&(x as i128))
+                let all = i128::from(Self::MIN)..=i128::from(Self::MAX);
+                x.fract() == 0.0 && all.contains(&(x as i128))
             }
 
             fn perturbed<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<Self> {
