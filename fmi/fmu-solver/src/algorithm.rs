@@ -2,7 +2,7 @@
 
 use super::system::System;
 
-/// An internal step, which the methods read and fill in. All vectors have an element for each state.
+/// An internal step, which the methods read and fill in. Vectors have an element for each state.
 pub(crate) struct Step {
     /// Time of the start of the communication step, s.
     pub(crate) t: f64,
@@ -16,8 +16,8 @@ pub(crate) struct Step {
     pub(crate) end: Vec<f64>,
     /// The estimated errors, later the states at an event in the step.
     pub(crate) error: Vec<f64>,
-    /// The vectors a, b and c of the states within the step, `x(θ) = x₀ + θ (Δ + (1 − θ) (a + θ (b +
-    /// θ c)))`, θ from 0 to 1; empty if there are no events to locate.
+    /// The vectors a, b and c of the states within the step, `x(θ) = x₀ + θ (Δ + (1 − θ) (a + θ (b
+    /// + θ c)))`, θ from 0 to 1; empty if there are no events to locate.
     pub(crate) dense: [Vec<f64>; 3],
 }
 

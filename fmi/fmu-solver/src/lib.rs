@@ -210,7 +210,7 @@ impl Solver {
 }
 
 impl Workspace {
-    /// Advances in equal internal steps to the end of the communication step, or to the first event.
+    /// Advances in equal internal steps to the end of the communication step or the first event.
     fn fixed_steps<A: Algorithm, S: System>(
         &mut self,
         method: &mut A,

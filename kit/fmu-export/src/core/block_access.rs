@@ -154,8 +154,8 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// Writes the parameters of a checked batch; `value(j, kind)` is the `j`-th of all values, as the
-    /// type in which its row stores it.
+    /// Writes the parameters of a checked batch; `value(j, kind)` is the `j`-th of all values, as
+    /// the type in which its row stores it.
     #[cold]
     #[inline(never)]
     pub(super) fn set_parameter_blocks(

@@ -39,8 +39,9 @@ pub(crate) fn new<M: Model>(callbacks: &CallbackFunctions, name: &str, logging_o
 impl log::Logger for Logger {
     const WARNINGS_INCLUDE_MODEL: bool = true;
 
-    /// fmi2SetDebugLogging: enables or disables the named categories, or all without names; enabling
-    /// some disables the others. Errors are always reported. Unused standard categories are accepted.
+    /// fmi2SetDebugLogging: enables or disables the named categories, or all without names;
+    /// enabling some disables the others. Errors are always reported. Unused standard categories
+    /// are accepted.
     fn switch(log: &Log, on: bool, categories: &[&str]) -> Result<u32, Fault> {
         let named = (categories.iter()).fold(0, |mask, name| mask | log.bits(name).unwrap_or(0));
         let enabled = match (on, categories) {
