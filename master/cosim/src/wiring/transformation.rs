@@ -231,11 +231,7 @@ fn through_names(
             found.map_or(name, |(_, target)| target.clone())
         })
     };
-    let items: &[Item] = match from.map(|v| &v.kind) {
-        Some(Kind::Enumeration(items)) => items,
-        _ => &[],
-    };
-    let is_item = |name: &String| items.iter().any(|item| item.name == *name);
+    let is_item = |name: &String| items_of(from).iter().any(|item| item.name == *name);
     let mut all: Vec<&String> = first.iter().map(|(source, _)| source).collect();
     for (source, _) in lists.clone().flatten() {
         if is_item(source) && !all.contains(&source) {
@@ -244,6 +240,14 @@ fn through_names(
     }
     let entries = all.into_iter().map(|name| (name.clone(), last(name)));
     entries.collect()
+}
+
+/// The items of an enumeration; none for other variables.
+fn items_of(variable: Option<&Variable>) -> &[Item] {
+    match variable.map(|v| &v.kind) {
+        Some(Kind::Enumeration(items)) => items,
+        _ => &[],
+    }
 }
 
 /// A transformation of the file in terms of numbers.
@@ -277,10 +281,7 @@ fn to_numbers(
         }
         Of::Items(entries) => {
             let item = |variable: Option<&Variable>, name: &str| {
-                let items: &[Item] = match variable.map(|v| &v.kind) {
-                    Some(Kind::Enumeration(items)) => items,
-                    _ => &[],
-                };
+                let items = items_of(variable);
                 if let Some(item) = items.iter().find(|item| item.name == name) {
                     return whole(item.value);
                 }
