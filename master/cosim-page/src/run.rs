@@ -91,7 +91,7 @@ impl Run {
                 None => (self.supervision).explain(error, &self.system, &self.master),
             };
             let text = format!("{error:#}");
-            self.supervision.fail(text.clone());
+            self.supervision.findings.object(text.clone());
             self.end = Some(text);
             // An FMU has ended the run after a step, whose row counts if it can be read.
             let before = history.len();

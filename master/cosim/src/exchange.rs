@@ -395,16 +395,9 @@ impl Exchange {
         at: At,
     ) -> Result<()> {
         for stage in &mut self.stages {
-            for Read {
-                instance,
-                batch,
-                slots,
-                ..
-            } in &stage.reads
-            {
-                let (instance, values) = (&instances[*instance], &mut self.values[slots.clone()]);
-                instance.get_derivatives(batch, values, at)?;
-                instance.check_derivatives(batch, values, at)?;
+            for read in &stage.reads {
+                let values = &mut self.values[read.slots()];
+                instances[read.instance].get_derivatives(&read.batch, values, at)?;
             }
             for write in &mut stage.writes {
                 write.run_derivatives(instances, &self.values, faults, at)?;

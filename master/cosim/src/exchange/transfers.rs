@@ -94,10 +94,7 @@ impl Write {
     /// From now on alter the values that `faults` concern.
     pub fn attach(&mut self, wiring: &Wiring, faults: &mut Alteration) {
         for (place, variable) in self.batch.variables.iter().enumerate() {
-            let input = Port {
-                component: self.instance,
-                variable: *variable,
-            };
+            let input = Port::new(self.instance, *variable);
             let ends = [wiring.source(input), Some(input)];
             for (port, altered) in ends.iter().zip(&mut self.altered) {
                 let channel = port.and_then(|port| faults.channel(port));
@@ -150,11 +147,11 @@ impl Write {
         at: At,
     ) -> Result<()> {
         let instance = &instances[self.instance];
+        if !instance.is_elsewhere() {
+            return self.run(instances, values, faults, at);
+        }
         self.gather(values, faults);
         self.check(instance, at)?;
-        if !instance.is_elsewhere() {
-            return instance.set(&self.batch, &self.buffer, at);
-        }
         instance.begin(BegunCall::Set(&self.batch, &self.buffer));
         Ok(())
     }
@@ -221,9 +218,7 @@ impl Write {
                 buffer[*k] = faults.alter_rate(*channel, buffer[*k]);
             }
         }
-        let instance = &instances[self.instance];
-        instance.check_derivatives(&self.batch, buffer, at)?;
-        instance.set_derivatives(&self.batch, buffer, at)
+        instances[self.instance].set_derivatives(&self.batch, buffer, at)
     }
 }
 

@@ -58,10 +58,7 @@ impl Unconnected {
         for (component, instance) in instances.iter().enumerate() {
             let all = wiring.description(component).variables.iter().enumerate();
             for (variable, v) in all.filter(|(_, v)| v.causality == Causality::Output) {
-                let port = Port {
-                    component,
-                    variable,
-                };
+                let port = Port::new(component, variable);
                 let is_real = matches!(v.access(), Access::Real | Access::Float32);
                 let is_passed = exchange.slot(port).is_some();
                 if is_real && !is_passed && !instance.may_be_nonfinite(variable) {

@@ -25,15 +25,16 @@ const ROUNDING: f64 = 1e-9;
 pub struct Supervision {
     pub(crate) watch: Watch,
     pub(crate) alarms: AlarmWatch,
-    verdict: Verdict,
+    /// The findings so far, without those that are judged at the end.
+    pub findings: Verdict,
 }
 
 impl Supervision {
-    /// For a run of `system` that begins; `verdict` has the findings so far.
-    pub fn new(system: &System, master: &Master, mut verdict: Verdict) -> Result<Self> {
+    /// For a run of `system` that begins, with the findings so far.
+    pub fn new(system: &System, master: &Master, mut findings: Verdict) -> Result<Self> {
         let step = master.stepping().step;
         if let Some((component, internal)) = system.uneven_step(step) {
-            verdict.note(format!(
+            findings.note(format!(
                 "the communication step of {} s is no multiple of the fixed internal step of `{component}`, {} s",
                 short(step),
                 short(internal)
@@ -42,7 +43,7 @@ impl Supervision {
         Ok(Self {
             watch: Watch::new(master.time(), &master.exchange().values),
             alarms: AlarmWatch::new(system, master)?,
-            verdict,
+            findings,
         })
     }
 
@@ -50,16 +51,6 @@ impl Supervision {
     pub fn add(&mut self, master: &Master) -> Result<()> {
         self.watch.add(master.time(), &master.exchange().values);
         self.alarms.add(master)
-    }
-
-    /// Adds a finding that does not spoil the result.
-    pub fn note(&mut self, text: String) {
-        self.verdict.note(text);
-    }
-
-    /// Adds a finding that spoils the result.
-    pub fn fail(&mut self, text: String) {
-        self.verdict.object(text);
     }
 
     /// Adds to the error of a step which loop had begun to diverge, if one had.
@@ -72,7 +63,7 @@ impl Supervision {
 
     /// The verdict so far, without the messages of the FMUs.
     pub fn verdict(&self, system: &System, master: &Master) -> Verdict {
-        let mut verdict = self.verdict.clone();
+        let mut verdict = self.findings.clone();
         if let Some(text) = self.divergence(system, master) {
             verdict.object(text);
         }

@@ -173,19 +173,14 @@ impl Rates {
         values: &[f64],
         [t, h]: [f64; 2],
     ) -> Result<()> {
-        let ComponentRate {
-            reads,
-            sources,
-            ends,
-            ..
-        } = &mut self.components[component];
-        if !reads.is_empty() {
-            let mut reads = reads.iter();
-            return reads.try_for_each(|read| read.run(instances, ends, At::Time(t + h)));
+        let (own, at) = (&mut self.components[component], At::Time(t + h));
+        if !own.reads.is_empty() {
+            let (mut reads, ends) = (own.reads.iter(), &mut own.ends);
+            return reads.try_for_each(|read| read.run(instances, ends, at));
         }
         let PastValues { before, length, .. } = &self.known;
         let share = if *length > 0.0 { h / length } else { 0.0 };
-        for (end, slot) in ends.iter_mut().zip(sources) {
+        for (end, slot) in own.ends.iter_mut().zip(&own.sources) {
             *end = values[*slot] + share * (values[*slot] - before[*slot]);
         }
         Ok(())
