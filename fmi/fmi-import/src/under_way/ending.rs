@@ -25,7 +25,6 @@ static PROCESS: AtomicU32 = AtomicU32::new(0);
 /// `exit` is no fault of an FMU.
 static MAY_EXIT: AtomicBool = AtomicBool::new(false);
 
-
 /// The process is a program of ours, in which FMUs alone change what belongs to the process from now
 /// on. `drain` writes what was printed, before something is said at `exit`.
 pub fn own_program(drain: fn()) {
