@@ -18,7 +18,7 @@ use experiments::measures::run::default_signals;
 use experiments::setup::run_setup::{check_mentions, set_delays};
 use experiments::setup::{loads, machine_choice};
 use experiments::worlds::{Bounds, Cases};
-use fmi_description::{Kind, Variable};
+
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -294,7 +294,7 @@ impl System {
                     v.kind.name().into(),
                     v.unit.clone(),
                     v.description.clone(),
-                    items(v),
+                    (v.items().iter().map(|item| (item.name.clone(), item.value))).collect(),
                     v.min,
                     v.max,
                     driver.map(|x| format!("{}.{}", x.start.0, x.start.1)),
@@ -370,15 +370,4 @@ impl System {
 
 fn is_fmu(path: &Path) -> bool {
     path.extension().is_some_and(|e| e == "fmu")
-}
-
-/// Names and numbers of the items of an enumeration.
-fn items(v: &Variable) -> BTreeMap<String, i64> {
-    match &v.kind {
-        Kind::Enumeration(items) => items
-            .iter()
-            .map(|item| (item.name.clone(), item.value))
-            .collect(),
-        _ => BTreeMap::new(),
-    }
 }

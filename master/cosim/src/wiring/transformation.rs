@@ -2,7 +2,7 @@
 //! unit conversion, scaling and offset, mapping of values. Wires, start values and tables use them.
 
 use anyhow::{Result, bail};
-use fmi_description::{Description, Item, Kind, Unit, Variable};
+use fmi_description::{Description, Kind, Unit, Variable};
 
 use system_structure::Transformation::Items as ItemsOf;
 
@@ -231,7 +231,8 @@ fn through_names(
             found.map_or(name, |(_, target)| target.clone())
         })
     };
-    let is_item = |name: &String| items_of(from).iter().any(|item| item.name == *name);
+    let items = from.map_or(&[][..], Variable::items);
+    let is_item = |name: &String| items.iter().any(|item| item.name == *name);
     let mut all: Vec<&String> = first.iter().map(|(source, _)| source).collect();
     for (source, _) in lists.clone().flatten() {
         if is_item(source) && !all.contains(&source) {
@@ -240,14 +241,6 @@ fn through_names(
     }
     let entries = all.into_iter().map(|name| (name.clone(), last(name)));
     entries.collect()
-}
-
-/// The items of an enumeration; none for other variables.
-fn items_of(variable: Option<&Variable>) -> &[Item] {
-    match variable.map(|v| &v.kind) {
-        Some(Kind::Enumeration(items)) => items,
-        _ => &[],
-    }
 }
 
 /// A transformation of the file in terms of numbers.
@@ -281,7 +274,7 @@ fn to_numbers(
         }
         Of::Items(entries) => {
             let item = |variable: Option<&Variable>, name: &str| {
-                let items = items_of(variable);
+                let items = variable.map_or(&[][..], Variable::items);
                 if let Some(item) = items.iter().find(|item| item.name == name) {
                     return whole(item.value);
                 }
