@@ -12,7 +12,7 @@ use crate::exchange::bond::{BondStep, Residual};
 use crate::exchange::coupling::{self, Coupling};
 use crate::exchange::faults::{Alteration, Faults, is_source};
 use crate::exchange::means::Means;
-use crate::exchange::unconnected::{Nonfinite, Unconnected};
+use crate::exchange::unconnected::Unconnected;
 use crate::exchange::{Exchange, Order};
 use crate::instance::{At, Call, Ended, Instance, State, all};
 use crate::io::input_table::InputTable;
@@ -43,7 +43,8 @@ pub struct Master {
     /// Present time, s.
     time: f64,
     inputs: Option<InputTable>,
-    last_step: LastStep,
+    /// The last communication step, if steps have variable length.
+    pub last_step: LastStep,
 }
 
 /// The saved state of a running system at a communication point, with the instances' states, or
@@ -170,15 +171,6 @@ impl Master {
         })
     }
 
-    /// The last communication step, if steps have variable length.
-    pub fn last_step(&self) -> LastStep {
-        self.last_step
-    }
-
-    pub(crate) fn set_last_step(&mut self, step: LastStep) {
-        self.last_step = step;
-    }
-
     /// From now on a component that ends a step early stops the step of all.
     pub(crate) fn stop_early(&self) {
         self.instances().iter().for_each(Instance::stop_early);
@@ -266,7 +258,7 @@ impl Master {
     /// Findings on outputs that no connection passes on and that were not finite.
     pub(crate) fn judge_unconnected(&self, system: &System, verdict: &mut Verdict) {
         let unconnected = &self.coupling.unconnected;
-        for (port, Nonfinite { time, value }) in unconnected.nonfinite() {
+        for (port, [time, value]) in unconnected.nonfinite() {
             let name = system.name(port);
             verdict.object(format!(
                 "the output `{name}` became {value} at t = {time} s; no connection passes it on (--allow-nonfinite {name} where that is \

@@ -68,8 +68,8 @@ impl Means {
         let mut writes = writes(wiring, given.into_iter());
         writes.iter_mut().for_each(Write::trust_sources);
         let means = Self {
-            reads: by_component(reads, Read::component, count),
-            writes: by_component(writes, Write::component, count),
+            reads: by_component(reads, |read| read.instance, count),
+            writes: by_component(writes, |write| write.instance, count),
             values: vec![0.0; slots.len()],
         };
         Ok((means, bonds))

@@ -25,10 +25,6 @@ pub struct Read {
 }
 
 impl Read {
-    pub fn component(&self) -> usize {
-        self.instance
-    }
-
     pub(crate) fn slots(&self) -> Range<usize> {
         self.slots.clone()
     }
@@ -87,10 +83,6 @@ pub struct Write {
 }
 
 impl Write {
-    pub fn component(&self) -> usize {
-        self.instance
-    }
-
     /// From now on alter the values that `faults` concern.
     pub fn attach(&mut self, wiring: &Wiring, faults: &mut Alteration) {
         for (place, variable) in self.batch.variables.iter().enumerate() {
@@ -271,13 +263,12 @@ pub fn writes(
     let mut writes = Vec::new();
     for ((instance, ..), inputs) in together {
         let transformed = inputs.iter().map(|(.., t)| t.clone()).enumerate();
+        let transformed = transformed.filter(|(_, t)| *t != Transformation::NONE);
         writes.push(Write {
             instance,
             batch: wiring.batch(instance, inputs.iter().map(|(port, ..)| port.variable)),
             slots: inputs.iter().map(|(_, slot, _)| *slot).collect(),
-            transformed: transformed
-                .filter(|(_, t)| *t != Transformation::NONE)
-                .collect(),
+            transformed: transformed.collect(),
             altered: Default::default(),
             is_exact: false,
             is_checked: false,

@@ -147,7 +147,7 @@ impl Log {
         let values = self.signals.read(master)?;
         self.last = Some(master.time());
         if self.has_steps {
-            let LastStep { length, error } = master.last_step();
+            let LastStep { length, error } = master.last_step;
             let values = [values, &[length, error]].concat();
             return self.file.row_with(master.time(), &values, &self.texts);
         }

@@ -15,7 +15,7 @@ pub struct FixedSteps {
     /// A last, shorter step follows.
     has_rest: bool,
     /// Number of steps that are made, including those whose communication points are lost.
-    made: u64,
+    pub(super) made: u64,
     /// Stop time, s.
     stop: f64,
     stepping: Stepping,
@@ -54,11 +54,6 @@ impl FixedSteps {
     /// Omits the shortened last step; true if there was one.
     pub fn omit_rest(&mut self) -> bool {
         std::mem::take(&mut self.has_rest)
-    }
-
-    /// Number of steps that are made, including those whose communication points are lost.
-    pub fn made(&self) -> u64 {
-        self.made
     }
 
     /// Continues after `made` steps, at `time`, s.

@@ -5,7 +5,7 @@
 use anyhow::{Result, bail, ensure};
 use fmi_description::{Access, Variability, Variable};
 
-use super::controller::{Progress, StepControl, StepController, StepLimits};
+use super::controller::{StepControl, StepController, StepLimits};
 use crate::instance::{At, Stopped};
 use crate::master::{LastStep, Master};
 use crate::structure::system::System;
@@ -36,9 +36,11 @@ pub struct StepCount {
 /// The communication steps of a run, of variable length.
 pub struct VariableSteps {
     control: StepControl,
-    controller: StepController,
-    stop: f64,
-    count: StepCount,
+    pub(super) controller: StepController,
+    /// Stop time, s.
+    pub(super) stop: f64,
+    /// Numbers and lengths of the steps so far.
+    pub(super) count: StepCount,
     /// Energy residual and turnover of each bond before the step, J.
     before: Vec<[f64; 2]>,
     /// Outputs after one whole step, for comparison with two halves.
@@ -128,31 +130,10 @@ impl VariableSteps {
         })
     }
 
-    /// Stop time, s.
-    pub fn stop(&self) -> f64 {
-        self.stop
-    }
-
-    /// Numbers and lengths of the steps so far.
-    pub fn count(&self) -> StepCount {
-        self.count
-    }
-
     /// Number of steps that are made, and of all if the rest are as long as the next.
     pub fn so_far(&self, master: &Master) -> (u64, u64) {
         let rest = ((self.stop - master.time()) / self.controller.state.next).ceil();
         (self.count.made, self.count.made + rest as u64)
-    }
-
-    pub(super) fn progress(&self) -> Progress {
-        Progress {
-            made: self.count.made,
-            controller: self.controller.state,
-        }
-    }
-
-    pub(super) fn resume(&mut self, progress: Progress) {
-        self.controller.state = progress.controller;
     }
 
     /// Makes a step.
@@ -174,7 +155,7 @@ impl VariableSteps {
             let [shortest, longest] = self.count.lengths.unwrap_or([length; 2]);
             self.count.lengths = Some([shortest.min(length), longest.max(length)]);
         }
-        master.set_last_step(LastStep { length, error });
+        master.last_step = LastStep { length, error };
         Ok(())
     }
 
