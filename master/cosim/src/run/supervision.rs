@@ -7,6 +7,7 @@ use std::collections::HashMap;
 use anyhow::Result;
 
 use crate::exchange::bond::Residual;
+use crate::instance::Ended;
 use crate::master::Master;
 use crate::run::alarms::AlarmWatch;
 use crate::run::divergence::Watch;
@@ -53,11 +54,12 @@ impl Supervision {
         self.alarms.add(master)
     }
 
-    /// Adds to the error of a step which loop had begun to diverge, if one had.
+    /// Adds to the error of a step which loop had begun to diverge, if one had, and no FMU asked to
+    /// end the run.
     pub fn explain(&self, error: anyhow::Error, system: &System, master: &Master) -> anyhow::Error {
         match self.divergence(system, master) {
-            Some(cause) => error.context(cause),
-            None => error,
+            Some(cause) if !error.is::<Ended>() => error.context(cause),
+            _ => error,
         }
     }
 
