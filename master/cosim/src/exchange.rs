@@ -148,13 +148,9 @@ impl Exchange {
             let outputs = outputs.filter(|port| wiring.is_continuous(*port));
             over_step = Unknowns::new(wiring, &slots, outputs)?;
         }
-        let mut exact = Vec::new();
-        if slots
-            .keys()
-            .any(|port| is_non_numeric(wiring.access(*port)))
-        {
-            exact = vec![Value::empty(Access::Int64); slots.len()];
-        }
+        let is_exact = |port: &Port| is_non_numeric(wiring.access(*port));
+        let count = slots.len() * usize::from(slots.keys().any(is_exact));
+        let exact = vec![Value::empty(Access::Int64); count];
         Ok(Self {
             first,
             stages,

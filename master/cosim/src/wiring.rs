@@ -296,15 +296,10 @@ impl<'a> Wiring<'a> {
     pub fn is_read_once(&self, output: Port) -> bool {
         let description = self.description(output.component);
         let has_events = description.fmi == Version::Fmi2 || description.capabilities.event_mode;
-        let is_declared = || {
-            let depends = description.dependence(output.variable, false);
-            let trusted = &self.structure.feedthrough;
-            matches!(depends, Dependence::On(_))
-                || trusted
-                    .iter()
-                    .any(|c| c == self.component(output.component))
-        };
-        !(has_events && is_declared())
+        let depends = || description.dependence(output.variable, false);
+        let mut trusted = self.structure.feedthrough.iter();
+        let mut is_trusted = || trusted.any(|name| name == self.component(output.component));
+        !(has_events && (matches!(depends(), Dependence::On(_)) || is_trusted()))
     }
 }
 

@@ -86,11 +86,9 @@ impl Table {
         );
         let units: HashMap<&String, &String> = units.iter().rev().map(|(s, u)| (s, u)).collect();
         let columns: HashMap<&String, usize> = names.iter().zip(0..).skip(1).collect();
+        let all = names[1..].iter().map(|name| (name.clone(), name.clone()));
         let chosen = match chosen.is_empty() {
-            true => names[1..]
-                .iter()
-                .map(|name| (name.clone(), name.clone()))
-                .collect(),
+            true => all.collect(),
             false => by_element(system, chosen, &columns),
         };
         let (mut table, mut places) = (Self::default(), Vec::new());

@@ -32,9 +32,7 @@ impl<'a> Names<'a> {
             system,
             components: components.map(|(k, c)| (c.name.as_str(), k)).collect(),
             inputs: inputs.map(|input| (input.name.as_str(), input)).collect(),
-            outputs: outputs
-                .map(|output| (output.name.as_str(), output))
-                .collect(),
+            outputs: outputs.map(|o| (o.name.as_str(), o)).collect(),
         }
     }
 
@@ -190,9 +188,8 @@ impl System {
 
     /// The elements 1 to `count` of the array `array` of the component with this index.
     pub fn elements(&self, component: usize, array: &str, count: usize) -> Result<Vec<Port>> {
-        (1..=count)
-            .map(|k| self.port_of(component, &format!("{array}[{k}]")))
-            .collect()
+        let element = |k| self.port_of(component, &format!("{array}[{k}]"));
+        (1..=count).map(element).collect()
     }
 
     /// A variable in the model description.
