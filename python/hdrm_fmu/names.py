@@ -14,7 +14,8 @@ import numpy as np
 from hdrm_fmu.errors import BadInput
 
 _SETTABLE = ("parameter", "structuralparameter", "input")
-_TRUE = {"true": True, "1": True, "false": False, "0": False}
+#: Texts that stand for the values of a Boolean.
+TRUTHS = {"True": True, "False": False, "true": True, "false": False, "1": True, "0": False}
 
 
 @dataclass(frozen=True)
@@ -163,7 +164,7 @@ def text(variable, value, allows=False):
             return str(value)
         raise unknown(f"item of `{name}`", value, variable.items)
     if variable.type == "Boolean":
-        found = value if isinstance(value, bool) else _TRUE.get(str(value).lower())
+        found = value if isinstance(value, bool) else TRUTHS.get(str(value).lower())
         if found is None:
             raise BadInput(f"`{name}` = {value!r} must be true or false")
         return "true" if found else "false"

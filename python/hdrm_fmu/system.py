@@ -17,7 +17,7 @@ import xarray
 from hdrm_fmu import _native
 from hdrm_fmu.errors import BadInput, RunFailed
 from hdrm_fmu.files import DATA, digest
-from hdrm_fmu.names import Names, Variable, by_name, choice, positive, whole
+from hdrm_fmu.names import TRUTHS, Names, Variable, by_name, choice, positive, whole
 from hdrm_fmu.paths import FILE, TRAJECTORY, Waypoints, check_free, tip_path
 from hdrm_fmu.run_options import RunOptions, complete
 
@@ -435,7 +435,7 @@ def _words(names, name):
         variable = names.one(name)
     except BadInput:  # an input of the system, or refused later
         return {}
-    return {"True": 1, "False": 0, "true": 1, "false": 0} if variable.type == "Boolean" else variable.items
+    return TRUTHS if variable.type == "Boolean" else variable.items
 
 
 def _times(index):

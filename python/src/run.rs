@@ -192,11 +192,8 @@ impl RunResult {
             let values = self.recording.column(*port).map_err(to_exception)?;
             columns.set_item(system.name(*port), bytes_of_numbers(py, values)?)?;
         }
-        let findings: Vec<(bool, String)> = verdict
-            .findings()
-            .iter()
-            .map(|f| (f.is_bad, f.text.clone()))
-            .collect();
+        let findings = verdict.findings().iter();
+        let findings: Vec<_> = findings.map(|f| (f.is_bad, f.text.clone())).collect();
         let result = PyDict::new(py);
         result.set_item("time", bytes_of_numbers(py, &self.recording.times)?)?;
         result.set_item("columns", columns)?;

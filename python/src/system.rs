@@ -1,6 +1,6 @@
 //! The class `System`: a loaded system, its variables, and its runs; `hdrm_fmu.System` holds one.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -18,7 +18,7 @@ use experiments::measures::run::default_signals;
 use experiments::setup::run_setup::{check_mentions, set_delays};
 use experiments::setup::{loads, machine_choice};
 use experiments::worlds::{Bounds, Cases};
-use fmi_description::{Kind, Variable};
+
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -165,13 +165,9 @@ impl System {
             stop_time: conditions.stop_time,
             tolerance: conditions.tolerance,
             schedule,
-            input_derivatives: false,
-            threads: None,
-            between: Default::default(),
-            settings: Vec::new(),
             allow_nonfinite: conditions.allow_nonfinite,
             strict: conditions.strict,
-            check: false,
+            ..RunArgs::default()
         };
         // The machine's controller itself says when its motion ends.
         let preferred = match self.is_machine() {
@@ -198,7 +194,11 @@ impl System {
         };
         let altered = inputs.add_to(&mut experiment, &self.system)?;
         let given = match is_stepped {
-            true => self.inputs(),
+            true => {
+                let inputs = self.system.all_ports();
+                let inputs = inputs.filter(|port| self.system.variable(*port).is_input());
+                inputs.collect()
+            }
             false => experiment.given(&self.system)?,
         };
         let schedule = experiment.stepping.schedule;
@@ -207,20 +207,6 @@ impl System {
         findings.extend(altered);
         set_delays(&self.system, &mut experiment)?;
         Ok((experiment, findings))
-    }
-
-    /// The inputs of all components.
-    fn inputs(&self) -> BTreeSet<Port> {
-        let mut inputs = BTreeSet::new();
-        for (component, fmu) in self.system.fmus.iter().enumerate() {
-            let variables = fmu.description.variables.iter().enumerate();
-            let own = variables.filter(|(_, v)| v.is_input());
-            inputs.extend(own.map(|(variable, _)| Port {
-                component,
-                variable,
-            }));
-        }
-        inputs
     }
 
     /// The system with a machine file bound to its FMUs.
@@ -308,7 +294,7 @@ impl System {
                     v.kind.name().into(),
                     v.unit.clone(),
                     v.description.clone(),
-                    items(v),
+                    (v.items().iter().map(|item| (item.name.clone(), item.value))).collect(),
                     v.min,
                     v.max,
                     driver.map(|x| format!("{}.{}", x.start.0, x.start.1)),
@@ -384,15 +370,4 @@ impl System {
 
 fn is_fmu(path: &Path) -> bool {
     path.extension().is_some_and(|e| e == "fmu")
-}
-
-/// Names and numbers of the items of an enumeration.
-fn items(v: &Variable) -> BTreeMap<String, i64> {
-    match &v.kind {
-        Kind::Enumeration(items) => items
-            .iter()
-            .map(|item| (item.name.clone(), item.value))
-            .collect(),
-        _ => BTreeMap::new(),
-    }
 }

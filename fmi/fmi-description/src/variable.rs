@@ -285,14 +285,18 @@ impl Variable {
         own.map(String::as_str)
     }
 
+    /// The items of an enumeration; none of other variables.
+    pub fn items(&self) -> &[Item] {
+        match &self.kind {
+            Kind::Enumeration(items) => items,
+            _ => &[],
+        }
+    }
+
     /// Smallest and largest value allowed: infinite if not declared, or those of the items of an
     /// enumeration.
     pub fn bounds(&self) -> [f64; 2] {
-        let items = match &self.kind {
-            Kind::Enumeration(items) => &items[..],
-            _ => &[],
-        };
-        let values = || items.iter().map(|item| item.value);
+        let values = || self.items().iter().map(|item| item.value);
         let least = values().min().map_or(f64::NEG_INFINITY, |v| v as f64);
         let greatest = values().max().map_or(f64::INFINITY, |v| v as f64);
         [self.min.unwrap_or(least), self.max.unwrap_or(greatest)]

@@ -4,12 +4,6 @@
 //!
 //! A call costs a few stores into a slot that its thread owns. Signal handlers read the slots of all
 //! threads, so there is no allocation and no lock.
-//!
-//! ```
-//! /// Keeps the rows of a run also if an FMU calls `exit`.
-//! fn write_rows() {}
-//! fmi_import::under_way::before_exit(write_rows);
-//! ```
 
 #[cfg(feature = "native")]
 mod ending;
@@ -30,7 +24,7 @@ use crate::messages;
 use crate::status::WARNING;
 
 #[cfg(feature = "native")]
-pub use ending::{EXIT_CODE, allow_exit, before_exit, own_program};
+pub use ending::{EXIT_CODE, allow_exit, own_program};
 pub(crate) use slots::{About, Slot};
 use slots::{SLOTS, SPARE, thread};
 pub use surroundings::remember;

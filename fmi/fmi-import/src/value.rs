@@ -70,10 +70,7 @@ impl Value {
     /// # Errors
     /// What the text must be instead.
     pub fn parse_for(v: &Variable, text: &str) -> Result<Self, String> {
-        let items = match &v.kind {
-            Kind::Enumeration(items) => &items[..],
-            _ => &[],
-        };
+        let items = v.items();
         let item = items.iter().find(|item| item.name == text);
         let found = match item {
             Some(item) => Some(Self::Whole(item.value.into())),

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
-use cosim::exchange::faults::Faults;
+
 use cosim::fmu::Fmu;
 use cosim::run::experiment::Experiment;
 use cosim::schedule::{STEP, Schedule, Stepping};
@@ -182,21 +182,11 @@ impl Engine {
         let stop = stop.unwrap_or_else(|| system.preferred_stop(start));
         let default = system.default_step(stop - start).filter(|_| step.is_none());
         let own_step = default.as_ref().map_or(STEP, |chosen| chosen.step);
+        let schedule = word(SCHEDULE).map_or(Ok(Schedule::default()), |name| schedule(&name))?;
         let experiment = Experiment {
-            threads: 1,
-            stepping: Stepping {
-                start,
-                step: step.unwrap_or(own_step),
-                schedule: word(SCHEDULE).map_or(Ok(Schedule::default()), |name| schedule(&name))?,
-                between: Default::default(),
-                jitter: None,
-            },
-            stop: None,
             tolerance,
             settings: start_values,
-            faults: Faults::default(),
-            inputs: None,
-            nonfinite: Vec::new(),
+            ..Experiment::new(Stepping::new(start, step.unwrap_or(own_step), schedule))
         };
         let gaps = system.find_gaps(&experiment.given(&system)?)?;
         let mut verdict = gaps.judge(&system, experiment.stepping.schedule, false)?;

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, bail, ensure};
 use cosim::exchange::faults;
-use cosim::instance::{At, Ended, messages};
+use cosim::instance::{At, messages};
 use cosim::io::numbers;
 use cosim::master::{Master, Saved};
 use cosim::run::experiment::Experiment;
@@ -86,12 +86,9 @@ impl Run {
         let given = waiting.iter().try_for_each(|setting| self.apply(setting));
         let time = self.master.time();
         if let Err(error) = given.and_then(|()| self.master.step()) {
-            let error = match error.downcast_ref::<Ended>() {
-                Some(_) => error,
-                None => (self.supervision).explain(error, &self.system, &self.master),
-            };
+            let error = (self.supervision).explain(error, &self.system, &self.master);
             let text = format!("{error:#}");
-            self.supervision.fail(text.clone());
+            self.supervision.findings.object(text.clone());
             self.end = Some(text);
             // An FMU has ended the run after a step, whose row counts if it can be read.
             let before = history.len();

@@ -13,12 +13,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
-use clap::builder::PossibleValue;
-use clap::{Args, ValueEnum};
+use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 
-use crate::exchange::faults::Faults;
-use crate::fmu::Fmu;
 use crate::io::csv::Log;
 use crate::io::input_table::{InputTable, Table};
 use crate::io::scenario;
@@ -31,7 +28,7 @@ use crate::run::simulate::Experiment;
 use crate::run::verdict::Verdict;
 pub use crate::schedule::STEP;
 use crate::schedule::{Between, parse_rate};
-use crate::structure::Component;
+
 use crate::structure::system::{System, split_file};
 use crate::wiring::Port;
 use fmi_import::digits::short;
@@ -113,21 +110,12 @@ impl SystemArgs {
         let maps = self.maps.iter().map(mapping).collect::<Result<Vec<_>>>()?;
         let system = System::load(&path, variant, &place, &replaced, &maps)?;
         if let Some(wanted) = self.fmi {
-            let mut all = system.structure.components.iter().zip(&system.fmus);
-            let is_other = |(c, fmu): &(&Component, &Arc<Fmu>)| {
-                let is_replaced = replaced.iter().any(|(name, _)| *name == c.name);
-                !is_replaced
-                    && !fmu
-                        .description
-                        .fmi
-                        .to_string()
-                        .starts_with(&wanted.to_string())
-            };
-            if let Some((c, fmu)) = all.find(is_other) {
-                let version = fmu.description.fmi;
-                bail!(
-                    "--fmi {wanted}: the FMU of component `{}` is of FMI {version}",
-                    c.name
+            for (c, fmu) in system.structure.components.iter().zip(&system.fmus) {
+                let (name, version) = (&c.name, fmu.description.fmi.to_string());
+                let is_replaced = replaced.iter().any(|(own, _)| own == name);
+                ensure!(
+                    is_replaced || version.starts_with(&wanted.to_string()),
+                    "--fmi {wanted}: the FMU of component `{name}` is of FMI {version}"
                 );
             }
         }
@@ -189,7 +177,7 @@ impl SystemArgs {
 }
 
 /// How the system is stepped, and from which values.
-#[derive(Args, Clone)]
+#[derive(Args, Clone, Default)]
 #[group(skip)] // A program's own command may be called `run`.
 pub struct RunArgs {
     /// Communication step H, s [default of cosim: the one that the system structure asks for, else
@@ -214,10 +202,7 @@ pub struct RunArgs {
     /// them
     #[arg(long)]
     pub input_derivatives: bool,
-    /// Continuous inputs within a step: held; extrapolated from the last two points; with
-    /// --schedule gauss-seidel also interpolated to the value at the end of the step, or that
-    /// value, if the source was stepped first and no power bond passes its mean; balanced: effort
-    /// and flow of power bonds corrected by what they lacked in the last step, others held
+    /// Continuous inputs within a step
     #[arg(long, value_enum, default_value_t)]
     pub between: Between,
     /// Threads that share the components, with the same results; each has its own copies of the
@@ -302,21 +287,15 @@ impl RunArgs {
             step.is_finite() && step > 0.0,
             "--step {step}: the communication step must be greater than 0 s"
         );
+        let mut stepping = Stepping::new(start, step, schedule);
+        stepping.between = self.between;
         Ok(Experiment {
-            stepping: Stepping {
-                start,
-                step,
-                schedule,
-                between: self.between,
-                jitter: None,
-            },
             threads: self.threads.unwrap_or(1),
             stop: self.stop_time,
             tolerance: self.tolerance,
             settings,
-            faults: Faults::default(),
-            inputs: None,
             nonfinite: matching_real(system, &self.allow_nonfinite).context("--allow-nonfinite")?,
+            ..Experiment::new(stepping)
         })
     }
 
@@ -447,54 +426,6 @@ impl CsvArgs {
         };
         let (interval, stepping) = (self.interval, experiment.stepping);
         Log::create(path, system, &ports, interval, stepping, has_steps).map(Some)
-    }
-}
-
-impl ValueEnum for Between {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[
-            Self::Held,
-            Self::Extrapolated,
-            Self::Interpolated,
-            Self::End,
-            Self::Balanced,
-        ]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        Some(PossibleValue::new(match self {
-            Self::Held => "held",
-            Self::Extrapolated => "extrapolated",
-            Self::Interpolated => "interpolated",
-            Self::End => "end",
-            Self::Balanced => "balanced",
-        }))
-    }
-}
-
-impl ValueEnum for Schedule {
-    fn value_variants<'a>() -> &'a [Self] {
-        &[Self::Standard, Self::Jacobi, Self::GaussSeidel]
-    }
-
-    fn to_possible_value(&self) -> Option<PossibleValue> {
-        let help = match self {
-            Self::Standard => {
-                "Get all outputs, set all inputs, step all: asks of an FMU and of an importer what FMI 2.0 promises, nothing more; a value \
-                 that goes through a component arrives one step later"
-            }
-            Self::Jacobi => {
-                "Step all from the values at the communication point; asks that outputs can be read again after inputs were set at the \
-                 same communication point"
-            }
-            Self::GaussSeidel => {
-                "Step one after the other in the order of the system, later ones with the mean effort of the step; asks what jacobi asks, \
-                 and that inputs can be set between the steps of two components"
-            }
-            Self::JacobiDerivatives => return None,
-        };
-        let named = Self::NAMED.iter().find(|(_, schedule)| schedule == self);
-        Some(PossibleValue::new(named?.0).help(help))
     }
 }
 

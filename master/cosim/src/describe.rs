@@ -36,9 +36,7 @@ impl DescribedFmu {
         };
         let names = archive.names();
         let libraries = names.filter_map(|name| name.strip_prefix("binaries/")?.split_once('/'));
-        let platforms: BTreeSet<_> = libraries
-            .map(|(platform, _)| platform.to_string())
-            .collect();
+        let platforms = BTreeSet::from_iter(libraries.map(|(platform, _)| platform.to_string()));
         Ok(Self {
             file,
             described,
@@ -118,13 +116,10 @@ pub fn variable_json(d: &Description, v: &Variable) -> Value {
         0 | 1 => starts.pop().unwrap_or_default(),
         _ => starts.into(),
     };
-    let items = match &v.kind {
-        Kind::Enumeration(items) => items
-            .iter()
-            .map(|item| json!({"name": item.name, "value": item.value}))
-            .collect(),
-        _ => Value::Null,
-    };
+    let items = v.items().iter();
+    let items = items.map(|item| json!({"name": item.name, "value": item.value}));
+    let is_enumeration = matches!(v.kind, Kind::Enumeration(_));
+    let items = is_enumeration.then(|| items.collect::<Value>());
     let depends = depends_on(d, v).flatten();
     json!({
         "name": v.name, "causality": camel_case(&v.causality), "variability": camel_case(&v.variability), "type": v.kind.name(),

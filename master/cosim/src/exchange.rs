@@ -148,13 +148,9 @@ impl Exchange {
             let outputs = outputs.filter(|port| wiring.is_continuous(*port));
             over_step = Unknowns::new(wiring, &slots, outputs)?;
         }
-        let mut exact = Vec::new();
-        if slots
-            .keys()
-            .any(|port| is_non_numeric(wiring.access(*port)))
-        {
-            exact = vec![Value::empty(Access::Int64); slots.len()];
-        }
+        let is_exact = |port: &Port| is_non_numeric(wiring.access(*port));
+        let count = slots.len() * usize::from(slots.keys().any(is_exact));
+        let exact = vec![Value::empty(Access::Int64); count];
         Ok(Self {
             first,
             stages,
@@ -395,16 +391,9 @@ impl Exchange {
         at: At,
     ) -> Result<()> {
         for stage in &mut self.stages {
-            for Read {
-                instance,
-                batch,
-                slots,
-                ..
-            } in &stage.reads
-            {
-                let (instance, values) = (&instances[*instance], &mut self.values[slots.clone()]);
-                instance.get_derivatives(batch, values, at)?;
-                instance.check_derivatives(batch, values, at)?;
+            for read in &stage.reads {
+                let values = &mut self.values[read.slots()];
+                instances[read.instance].get_derivatives(&read.batch, values, at)?;
             }
             for write in &mut stage.writes {
                 write.run_derivatives(instances, &self.values, faults, at)?;

@@ -286,13 +286,15 @@ impl Instance {
         self.check(done, Some(batch), at)
     }
 
-    /// First time derivatives of outputs.
+    /// First time derivatives of outputs, which must be finite.
     pub fn get_derivatives(&self, batch: &Batch, values: &mut [f64], at: At) -> Result<()> {
-        self.check(self.fmi.get_derivatives(batch, values), Some(batch), at)
+        self.check(self.fmi.get_derivatives(batch, values), Some(batch), at)?;
+        self.check_derivatives(batch, values, at)
     }
 
-    /// First time derivatives of inputs for the next step.
+    /// First time derivatives of inputs for the next step, which must be finite.
     pub fn set_derivatives(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
+        self.check_derivatives(batch, values, at)?;
         self.check(self.fmi.set_derivatives(batch, values), Some(batch), at)
     }
 

@@ -164,16 +164,8 @@ fn load_system_or_fmus(args: &OneRunArgs) -> Result<System> {
 
 fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     let system = load_system_or_fmus(args)?;
-    let mut run = args.run.clone();
-    let defaults = run.fill_defaults(&system);
-    let mut experiment = run.experiment(&system)?;
-    let altered = args.inputs.add_to(&mut experiment, &system)?;
-    let mut verdict = run.judge_gaps(&system, &experiment)?;
-    verdict.extend(defaults.clone());
+    let (experiment, mut verdict) = prepare(&system, &args.run, &args.inputs)?;
     verdict.extend(args.csv.notes(&system)?);
-    verdict.extend(altered);
-    let stop = experiment.stop(&system)?;
-    announce(&experiment, stop, &defaults);
     let mut plan = args.steps.plan(&system, &experiment)?;
     if args.run.threads.is_none() && plan.resume.is_none() {
         plan.threads_for = Some(experiment.clone());
@@ -201,22 +193,27 @@ fn run_system(args: &OneRunArgs) -> Result<Verdict> {
 /// Steps from which on a run may take long.
 const MANY_STEPS: f64 = 5e4;
 
-/// Says before a run of many steps why it has so many; the verdict says it again.
-fn announce(experiment: &Experiment, stop: f64, defaults: &Verdict) {
+/// The experiment with these arguments, and the findings before it. Says before a run of many steps
+/// why it has so many; the verdict says it again.
+fn prepare(system: &System, run: &RunArgs, inputs: &InputArgs) -> Result<(Experiment, Verdict)> {
+    let mut run = run.clone();
+    let defaults = run.fill_defaults(system);
+    let mut experiment = run.experiment(system)?;
+    let altered = inputs.add_to(&mut experiment, system)?;
+    let mut verdict = run.judge_gaps(system, &experiment)?;
     let Stepping { start, step, .. } = experiment.stepping;
-    if (stop - start) / step > MANY_STEPS {
+    if (experiment.stop(system)? - start) / step > MANY_STEPS {
         (defaults.findings().iter()).for_each(|finding| eprintln!("{}", finding.text));
     }
+    verdict.extend(defaults);
+    verdict.extend(altered);
+    Ok((experiment, verdict))
 }
 
 fn bench(args: &BenchArgs) -> Result<Verdict> {
     let system = load(&args.system)?;
-    let mut run = args.run.clone();
-    let defaults = run.fill_defaults(&system);
-    let experiment = run.experiment(&system)?;
-    let mut verdict = run.judge_gaps(&system, &experiment)?;
+    let (experiment, mut verdict) = prepare(&system, &args.run, &InputArgs::default())?;
     let stop = experiment.stop(&system)?;
-    announce(&experiment, stop, &defaults);
     let mut outcomes = Vec::new();
     let useful = || connected(&system);
     for _ in 0..args.repeat {

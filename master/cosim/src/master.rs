@@ -12,7 +12,7 @@ use crate::exchange::bond::{BondStep, Residual};
 use crate::exchange::coupling::{self, Coupling};
 use crate::exchange::faults::{Alteration, Faults, is_source};
 use crate::exchange::means::Means;
-use crate::exchange::unconnected::{Nonfinite, Unconnected};
+use crate::exchange::unconnected::Unconnected;
 use crate::exchange::{Exchange, Order};
 use crate::instance::{At, Call, Ended, Instance, State, all};
 use crate::io::input_table::InputTable;
@@ -43,7 +43,8 @@ pub struct Master {
     /// Present time, s.
     time: f64,
     inputs: Option<InputTable>,
-    last_step: LastStep,
+    /// The last communication step, if steps have variable length.
+    pub last_step: LastStep,
 }
 
 /// The saved state of a running system at a communication point, with the instances' states, or
@@ -83,14 +84,14 @@ impl Master {
         Self::for_experiment(system, settings, stepping, threads, experiment, &[])
     }
 
-    /// The same where the FMUs are told `experiment`: start, stop and tolerance. The variables
-    /// `nonfinite`, and inputs that they drive, may have values that are not finite.
+    /// The same where the FMUs are `told` start, stop and tolerance. The variables `nonfinite`, and
+    /// inputs that they drive, may have values that are not finite.
     pub(crate) fn for_experiment(
         system: &System,
         settings: &[Setting],
         stepping: Stepping,
         threads: usize,
-        experiment: FmiExperiment,
+        told: FmiExperiment,
         nonfinite: &[Port],
     ) -> Result<Self> {
         let Stepping { start, step, .. } = stepping;
@@ -121,23 +122,14 @@ impl Master {
         let (means, bonds) = Means::new(&wiring, &exchange, derivatives.as_ref())?;
         let parts = Rates::most_parts(&system.structure, step);
         let thread_plan = ThreadPlan::new(system, threads, parts)?;
-        let mut may_be_nonfinite: BTreeSet<Port> = nonfinite.iter().copied().collect();
+        let mut nonfinite: BTreeSet<Port> = nonfinite.iter().copied().collect();
         for link in &wiring.links {
-            if may_be_nonfinite.contains(&link.from) {
-                may_be_nonfinite.insert(link.to);
+            if nonfinite.contains(&link.from) {
+                nonfinite.insert(link.to);
             }
         }
-        let make = |k| {
-            make(
-                system,
-                k,
-                settings,
-                is_staged,
-                experiment,
-                thread_plan.worker(k),
-                &may_be_nonfinite,
-            )
-        };
+        let worker = |k| thread_plan.worker(k);
+        let make = |k| make(system, k, settings, is_staged, told, worker(k), &nonfinite);
         let instances: Vec<Instance> = (0..system.fmus.len()).map(make).collect::<Result<_>>()?;
         exchange.is_multi_threaded = instances.iter().any(Instance::is_elsewhere);
         initialize(&instances, &wiring, stepping)?;
@@ -177,15 +169,6 @@ impl Master {
             inputs: None,
             last_step: LastStep::default(),
         })
-    }
-
-    /// The last communication step, if steps have variable length.
-    pub fn last_step(&self) -> LastStep {
-        self.last_step
-    }
-
-    pub(crate) fn set_last_step(&mut self, step: LastStep) {
-        self.last_step = step;
     }
 
     /// From now on a component that ends a step early stops the step of all.
@@ -244,19 +227,12 @@ impl Master {
         }
         faults.describe(system, &wiring, self.fed())?;
         let mut alteration = Alteration::new(system, faults, self.stepping)?;
-        let Coupling {
-            exchange,
-            derivatives,
-            means,
-            rates,
-            balance,
-            ..
-        } = &mut self.coupling;
-        let rates = rates.iter_mut().flat_map(|r| &mut r.components);
-        let writes = (exchange.writes())
-            .chain(derivatives.iter_mut().flat_map(Exchange::writes))
-            .chain(means.writes.iter_mut().flatten())
-            .chain(balance.iter_mut().flat_map(|b| &mut b.writes))
+        let plans = &mut self.coupling;
+        let rates = plans.rates.iter_mut().flat_map(|r| &mut r.components);
+        let writes = (plans.exchange.writes())
+            .chain(plans.derivatives.iter_mut().flat_map(Exchange::writes))
+            .chain(plans.means.writes.iter_mut().flatten())
+            .chain(plans.balance.iter_mut().flat_map(|b| &mut b.writes))
             .chain(rates.flat_map(|rate| &mut rate.writes))
             .chain(self.inputs.iter_mut().flat_map(|table| &mut table.writes));
         writes.for_each(|write| write.attach(&wiring, &mut alteration));
@@ -282,7 +258,7 @@ impl Master {
     /// Findings on outputs that no connection passes on and that were not finite.
     pub(crate) fn judge_unconnected(&self, system: &System, verdict: &mut Verdict) {
         let unconnected = &self.coupling.unconnected;
-        for (port, Nonfinite { time, value }) in unconnected.nonfinite() {
+        for (port, [time, value]) in unconnected.nonfinite() {
             let name = system.name(port);
             verdict.object(format!(
                 "the output `{name}` became {value} at t = {time} s; no connection passes it on (--allow-nonfinite {name} where that is \
@@ -370,12 +346,8 @@ impl Master {
         let Some(inputs) = &mut self.inputs else {
             return Ok(());
         };
-        let Coupling {
-            instances,
-            exchange,
-            ..
-        } = &mut self.coupling;
-        inputs.set(instances, exchange.faults.as_mut(), self.time)?;
+        let faults = self.coupling.exchange.faults.as_mut();
+        inputs.set(&self.coupling.instances, faults, self.time)?;
         self.pass()
     }
 

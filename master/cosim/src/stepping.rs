@@ -49,15 +49,15 @@ impl Steps {
     /// Whether the stop time is reached.
     pub fn is_over(&self, master: &Master) -> bool {
         match self {
-            Self::Fixed(steps) => steps.made() >= steps.all(),
-            Self::Variable(steps) => master.time() >= steps.stop(),
+            Self::Fixed(steps) => steps.made >= steps.all(),
+            Self::Variable(steps) => master.time() >= steps.stop,
         }
     }
 
     /// Number of steps that are made, and of all; of variable steps an estimate.
     pub fn so_far(&self, master: &Master) -> (u64, u64) {
         match self {
-            Self::Fixed(steps) => (steps.made(), steps.all()),
+            Self::Fixed(steps) => (steps.made, steps.all()),
             Self::Variable(steps) => steps.so_far(master),
         }
     }
@@ -66,18 +66,16 @@ impl Steps {
     pub fn count(&self) -> Option<StepCount> {
         match self {
             Self::Fixed(_) => None,
-            Self::Variable(steps) => Some(steps.count()),
+            Self::Variable(steps) => Some(steps.count),
         }
     }
 
     pub(crate) fn progress(&self) -> Progress {
-        match self {
-            Self::Fixed(steps) => Progress {
-                made: steps.made(),
-                ..Progress::default()
-            },
-            Self::Variable(steps) => steps.progress(),
-        }
+        let (made, controller) = match self {
+            Self::Fixed(steps) => (steps.made, Default::default()),
+            Self::Variable(steps) => (steps.count.made, steps.controller.state),
+        };
+        Progress { made, controller }
     }
 
     /// Continues after the steps of another run, at the time of `master`.
@@ -85,7 +83,7 @@ impl Steps {
         match self {
             Self::Fixed(steps) => steps.resume(master.time(), progress.made),
             Self::Variable(steps) => {
-                steps.resume(progress);
+                steps.controller.state = progress.controller;
                 Ok(())
             }
         }

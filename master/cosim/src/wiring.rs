@@ -30,6 +30,16 @@ pub struct Port {
     pub variable: usize,
 }
 
+impl Port {
+    /// The variable with this index of the component with this index.
+    pub fn new(component: usize, variable: usize) -> Self {
+        Self {
+            component,
+            variable,
+        }
+    }
+}
+
 /// A resolved connection from an output to an input.
 #[derive(Clone, Debug)]
 pub struct Link {
@@ -121,8 +131,8 @@ impl<'a> Wiring<'a> {
     }
 
     fn resolve(&mut self, c: &Connection, names: &Names) -> Result<Link> {
-        let from = self.port(&c.start, Side::Start, names)?;
-        let to = self.port(&c.end, Side::End, names)?;
+        let from = self.port(&c.start, true, names)?;
+        let to = self.port(&c.end, false, names)?;
         let [start, end] = [from, to].map(|p| self.variable(p));
         if start.kind.name() != end.kind.name() && !(is_whole(start) && is_whole(end)) {
             bail!(
@@ -171,15 +181,15 @@ impl<'a> Wiring<'a> {
         let bond = c.bond.as_ref().map(|bond| {
             let ((component, effort), [step_mean, flow]) =
                 (&c.start, [&bond.step_mean, &bond.flow]);
-            let port_of_start = |variable: &String, side| {
-                let port = self.port(&(component.clone(), variable.clone()), side, names);
+            let port_of_start = |variable: &String, is_start| {
+                let port = self.port(&(component.clone(), variable.clone()), is_start, names);
                 port.with_context(|| {
                     format!("power bond of {component}.{effort}: {component}.{variable}")
                 })
             };
             anyhow::Ok(BondPorts {
-                step_mean: port_of_start(step_mean, Side::Start)?,
-                flow: port_of_start(flow, Side::End)?,
+                step_mean: port_of_start(step_mean, true)?,
+                flow: port_of_start(flow, false)?,
                 power: bond.power,
             })
         });
@@ -193,13 +203,15 @@ impl<'a> Wiring<'a> {
         })
     }
 
-    /// The variable at an end of a connection; checks its declared type and its causality.
+    /// The variable at the start or the end of a connection; checks its declared type and its
+    /// causality.
     fn port(
         &self,
         (component, variable): &(String, String),
-        side: Side,
+        is_start: bool,
         names: &Names,
     ) -> Result<Port> {
+        use Causality::{CalculatedParameter, Input, Local, Output, Parameter};
         let Some(k) = names.components.get(component.as_str()).copied() else {
             bail!("the system has no component `{component}`")
         };
@@ -212,17 +224,21 @@ impl<'a> Wiring<'a> {
             t.name() == kind
                 || is_whole(v) && matches!(t, DataType::Integer | DataType::Enumeration)
         });
-        let (needed, is_taken) = side.takes(v.causality);
+        let is_output = matches!(v.causality, Output | CalculatedParameter | Local);
+        let (needed, is_taken) = match is_start {
+            true => ("output", is_output),
+            false => ("input", matches!(v.causality, Input | Parameter)),
+        };
         ensure!(
             fits && is_taken,
             "{component}.{variable} must be of type {}, {needed}, to be connected; it is of type {kind}, {}",
             declared.map_or(kind, DataType::name),
             format!("{:?}", v.causality).to_lowercase()
         );
-        Ok(Port {
-            component: k,
-            variable: description.index(variable).unwrap_or_default(),
-        })
+        Ok(Port::new(
+            k,
+            description.index(variable).unwrap_or_default(),
+        ))
     }
 
     pub(crate) fn variable(&self, p: Port) -> &'a Variable {
@@ -278,36 +294,10 @@ impl<'a> Wiring<'a> {
     pub fn is_read_once(&self, output: Port) -> bool {
         let description = self.description(output.component);
         let has_events = description.fmi == Version::Fmi2 || description.capabilities.event_mode;
-        let is_declared = || {
-            let depends = description.dependence(output.variable, false);
-            let trusted = &self.structure.feedthrough;
-            depends.is_some()
-                || trusted
-                    .iter()
-                    .any(|c| c == self.component(output.component))
-        };
-        !(has_events && is_declared())
-    }
-}
-
-/// An end of a connection.
-#[derive(Clone, Copy)]
-enum Side {
-    Start,
-    End,
-}
-
-impl Side {
-    /// Causality that this end needs, for messages, and whether it accepts a variable of this one.
-    fn takes(self, causality: Causality) -> (&'static str, bool) {
-        use Causality::{CalculatedParameter, Input, Local, Output, Parameter};
-        match self {
-            Self::Start => (
-                "output",
-                matches!(causality, Output | CalculatedParameter | Local),
-            ),
-            Self::End => ("input", matches!(causality, Input | Parameter)),
-        }
+        let depends = || description.dependence(output.variable, false);
+        let mut trusted = self.structure.feedthrough.iter();
+        let mut is_trusted = || trusted.any(|name| name == self.component(output.component));
+        !(has_events && (depends().is_some() || is_trusted()))
     }
 }
 

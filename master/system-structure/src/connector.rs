@@ -77,11 +77,8 @@ impl DataType {
 
     /// The type that `node` declares, and the element that declares it.
     pub(crate) fn declared(node: &Element) -> Option<(Self, &Element)> {
-        let mut typed = node
-            .children
-            .iter()
-            .filter_map(|c| Some((Self::from_name(&c.tag)?, c)));
-        typed.next()
+        let mut children = node.children.iter();
+        children.find_map(|c| Some((Self::from_name(&c.tag)?, c)))
     }
 }
 

@@ -222,9 +222,8 @@ fn read_system(node: &xml::Element, units: &Units) -> Result<System, XmlError> {
         }
         elements.push(element);
     }
-    let connections = node
-        .listed("Connections", "Connection")
-        .map(read_connection);
+    let connections = node.listed("Connections", "Connection");
+    let connections = connections.map(read_connection);
     let dictionaries = node.listed("SignalDictionaries", "SignalDictionary");
     let dictionaries = dictionaries.map(|dictionary| {
         let inline = |node: &xml::Element| {
@@ -279,12 +278,10 @@ fn read_component(node: &xml::Element, units: &Units) -> Result<Component, XmlEr
 
 fn read_connection(node: &xml::Element) -> Result<Connection, XmlError> {
     let end = |element, connector| {
+        // OMSimulator writes an empty name for the system itself.
+        let element = node.get(element).filter(|name| !name.is_empty());
         Ok(End {
-            // OMSimulator writes an empty name for the system itself.
-            element: node
-                .get(element)
-                .filter(|name| !name.is_empty())
-                .map(str::to_string),
+            element: element.map(str::to_string),
             connector: node.required(connector)?,
         })
     };

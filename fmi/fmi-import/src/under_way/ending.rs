@@ -18,29 +18,23 @@ pub const EXIT_CODE: u8 = 3;
 /// How many threads may call `exit` at a time: each meets a handler of its own, and waits in it.
 const EXITS: usize = 16;
 
-/// Functions of [`own_program`] and [`before_exit`]; NULL if there are none.
-static HOOKS: [AtomicPtr<()>; 2] = [const { AtomicPtr::new(ptr::null_mut()) }; 2];
+/// The function of [`own_program`]; NULL if there is none.
+static DRAIN: AtomicPtr<()> = AtomicPtr::new(ptr::null_mut());
 /// This process: those that FMUs fork may end as they like.
 static PROCESS: AtomicU32 = AtomicU32::new(0);
 /// `exit` is no fault of an FMU.
 static MAY_EXIT: AtomicBool = AtomicBool::new(false);
 
-/// Has `hook` called if an FMU ends the process by `exit`, before it ends with [`EXIT_CODE`], in the
-/// thread that called `exit`; not after a crash.
-pub fn before_exit(hook: fn()) {
-    HOOKS[1].store(hook as *mut (), Relaxed);
-}
-
 /// The process is a program of ours, in which FMUs alone change what belongs to the process from now
 /// on. `drain` writes what was printed, before something is said at `exit`.
 pub fn own_program(drain: fn()) {
-    HOOKS[0].store(drain as *mut (), Relaxed);
+    DRAIN.store(drain as *mut (), Relaxed);
 }
 
 /// Whether the process is a program of ours.
 #[cfg(unix)]
 pub fn is_own_program() -> bool {
-    !HOOKS[0].load(Relaxed).is_null()
+    !DRAIN.load(Relaxed).is_null()
 }
 
 /// The program itself ends the process, from any thread and during a call: `exit` then has its own
@@ -85,16 +79,12 @@ extern "C" fn at_exit() {
     while IS_ENDING.swap(true, Relaxed) {
         std::thread::sleep(std::time::Duration::from_secs(1)); // Another thread ends the process.
     }
-    let call = |hook: &AtomicPtr<()>| {
-        let hook = hook.load(Relaxed);
-        if !hook.is_null() {
-            // SAFETY: a function of this type was stored.
-            unsafe { transmute::<*mut (), fn()>(hook)() };
-        }
-    };
-    call(&HOOKS[0]);
+    let drain = DRAIN.load(Relaxed);
+    if !drain.is_null() {
+        // SAFETY: a function of this type was stored.
+        unsafe { transmute::<*mut (), fn()>(drain)() };
+    }
     tell("called exit, which ends this process");
-    call(&HOOKS[1]);
     // SAFETY: a plain number.
     unsafe { libc::_exit(EXIT_CODE.into()) }
 }

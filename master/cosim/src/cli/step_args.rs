@@ -39,18 +39,10 @@ pub struct StepArgs {
     #[arg(long, conflicts_with = "interval")]
     pub repeat_steps: bool,
     /// Shortest and longest step, s
-    #[arg(
-        long,
-        value_name = "SHORTEST,LONGEST",
-        value_parser = numbers::<2>
-    )]
+    #[arg(long, value_name = "SHORTEST,LONGEST", value_parser = numbers::<2>)]
     pub step_limits: Option<[f64; 2]>,
     /// Smallest and largest factor from one step to the next
-    #[arg(
-        long,
-        value_name = "LEAST,LARGEST",
-        value_parser = numbers::<2>
-    )]
+    #[arg(long, value_name = "LEAST,LARGEST", value_parser = numbers::<2>)]
     pub step_change: Option<[f64; 2]>,
     /// Safety, and with --energy-tolerance proportional and integral gain of the controller that
     /// chooses steps
@@ -113,23 +105,22 @@ impl StepArgs {
             (self.step_controller.is_some(), "--step-controller"),
         ];
         let given = given.iter().find(|(is_given, _)| *is_given);
-        Ok(match (self.energy_tolerance, self.doubling_tolerance) {
-            (Some(tolerance), _) => StepControl::Energy {
-                tolerance,
-                scale: self.energy_scale,
-                repeats: self.repeat_steps,
-                limits,
-            },
-            (None, Some(tolerance)) => StepControl::Doubling { tolerance, limits },
-            (None, None) if given.is_some() => {
-                let option = given.map_or("", |(_, option)| option);
-                bail!(
+        Ok(
+            match (self.energy_tolerance, self.doubling_tolerance, given) {
+                (Some(tolerance), ..) => StepControl::Energy {
+                    tolerance,
+                    scale: self.energy_scale,
+                    repeats: self.repeat_steps,
+                    limits,
+                },
+                (_, Some(tolerance), _) => StepControl::Doubling { tolerance, limits },
+                (.., Some((_, option))) => bail!(
                     "{option} needs --energy-tolerance or --doubling-tolerance, which choose steps"
-                )
-            }
-            (None, None) if self.repeat_steps => StepControl::Repeated,
-            (None, None) => StepControl::Fixed,
-        })
+                ),
+                _ if self.repeat_steps => StepControl::Repeated,
+                _ => StepControl::Fixed,
+            },
+        )
     }
 }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::exchange::balance::Balance;
 use crate::exchange::bond::{BondSlots, BondStep, Residual};
 use crate::exchange::means::Means;
-use crate::exchange::unconnected::{Nonfinite, Unconnected};
+use crate::exchange::unconnected::Unconnected;
 use crate::exchange::{Exchange, ExchangeState};
 use crate::instance::{At, BegunCall, Call, Ended, Failure, Instance, State, all};
 use crate::schedule::rates::{ComponentStep, PastValues, Rates};
@@ -48,7 +48,7 @@ pub(crate) struct Coupling {
 pub(crate) struct Saved<S = State> {
     instances: Vec<S>,
     passed: ExchangeState,
-    nonfinite: Vec<Option<Nonfinite>>,
+    nonfinite: Vec<Option<[f64; 2]>>,
     derivatives: Option<ExchangeState>,
     means: Vec<f64>,
     residuals: Vec<Residual>,
@@ -189,7 +189,6 @@ impl Coupling {
     /// Step a component from `t` by `h`, s, and read the mean efforts that it exerted.
     fn step_component(&mut self, component: usize, t: f64, h: f64) -> Result<()> {
         if self.rates.is_some() {
-            self.look_ahead(component, t, h)?;
             let done = self.step_at_own_rate(component, [t, h], false);
             return done.or_else(|error| self.end_after(error, t + h));
         }
@@ -212,15 +211,6 @@ impl Coupling {
                 Ok(())
             }
             _ => Err(error),
-        }
-    }
-
-    /// Estimate the component's inputs at the end of the step, if they are not held.
-    fn look_ahead(&mut self, component: usize, t: f64, h: f64) -> Result<()> {
-        let values = &self.exchange.values;
-        match &mut self.rates {
-            Some(rates) => rates.look_ahead(component, &self.instances, values, [t, h]),
-            None => Ok(()),
         }
     }
 
@@ -292,10 +282,7 @@ impl Coupling {
                 true => self.give_means(k, t),
                 false => Ok(()),
             };
-            let done = given.and_then(|()| match is_elsewhere(self, k) && self.rates.is_some() {
-                true => self.step_at_own_rate(k, [t, h], false),
-                false => self.step_component(k, t, h),
-            });
+            let done = given.and_then(|()| self.step_component(k, t, h));
             self.instances[k].drain();
             failure.add(k, done);
         }
@@ -310,7 +297,6 @@ impl Coupling {
             write.begin(instances, &means.values, None, at)?;
         }
         if self.rates.is_some() {
-            self.look_ahead(k, t, h)?;
             return self.step_at_own_rate(k, [t, h], true);
         }
         instances[k].begin(BegunCall::Plain(Call::Step(t, h)));
@@ -341,9 +327,8 @@ impl Coupling {
             self.pass_again(t)?;
         }
         let is_changing = |s: &&Instance| !matches!(s.call(Call::UpdateEvents, at), Ok(0.0));
-        let names: Vec<_> = (self.timed().filter(is_changing))
-            .map(|s| s.name.as_str())
-            .collect();
+        let changing = self.timed().filter(is_changing);
+        let names: Vec<_> = changing.map(|s| s.name.as_str()).collect();
         bail!(
             "{at}: discrete states of {} still change after {MAX_PASSES} passes of Event Mode",
             names.join(", ")
@@ -439,19 +424,6 @@ impl Coupling {
                 effort_lacked: mean - effort_before,
                 flow_lacked: 0.0,
             };
-        }
-    }
-
-    /// Flow of each bond as last passed.
-    pub fn flows(&self) -> Vec<f64> {
-        let bonds = self.bonds.iter();
-        bonds.map(|b| self.exchange.values[b.flow_slot]).collect()
-    }
-
-    /// Record the flows before the step, which differ from those given over a repeated step.
-    pub fn record_flows_before(&mut self, flows: &[f64]) {
-        for (bond_step, flow) in self.bond_steps.iter_mut().zip(flows) {
-            bond_step.flow_before = *flow;
         }
     }
 

@@ -1,7 +1,7 @@
 //! Alters values on their way to inputs, for exchanges and input tables: faults of wires
 //! (`--fault`, and in studies) and events of scenarios (`--scenario`). Equal seeds give equal runs.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{HashMap, HashSet, VecDeque};
 
 use anyhow::{Context, Result, bail, ensure};
 use fmi_description::{Causality, Kind};
@@ -56,6 +56,13 @@ pub struct Fault {
     pub is_event: bool,
 }
 
+impl Fault {
+    /// Whether it draws random numbers.
+    fn draws(&self) -> bool {
+        matches!(self.effect, Effect::Noise(_) | Effect::Drop(_))
+    }
+}
+
 /// All faults of a run. Those of one variable apply in this order.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Faults {
@@ -102,8 +109,7 @@ impl Faults {
 
     /// Whether a fault draws random numbers.
     pub fn is_random(&self) -> bool {
-        let draws = |fault: &Fault| matches!(fault.effect, Effect::Noise(_) | Effect::Drop(_));
-        self.list.iter().any(draws)
+        self.list.iter().any(Fault::draws)
     }
 
     /// One line per fault for the verdict; `fed` are the inputs of an input file. A fault of a
@@ -276,17 +282,16 @@ struct ChannelState {
     has_value: bool,
     /// The value is that of an earlier communication point.
     is_held: bool,
-    /// Ring buffer of earlier values, as many as the delay has steps.
-    before: Vec<f64>,
-    oldest: usize,
+    /// Earlier values, the oldest first, as many as the delay has steps.
+    before: VecDeque<f64>,
     steps: usize,
 }
 
 impl Alteration {
     /// Begin with `faults`, whose delays must be multiples of the communication step.
     pub fn new(system: &System, faults: &Faults, stepping: Stepping) -> Result<Self> {
-        let mut active = Vec::new();
-        for fault in &faults.list {
+        let (mut active, mut by_port) = (Vec::new(), HashMap::<Port, Vec<usize>>::new());
+        for (k, fault) in faults.list.iter().enumerate() {
             if let Effect::Delay(delay) = fault.effect {
                 ensure!(
                     steps_in(delay, stepping.step).is_some(),
@@ -296,16 +301,13 @@ impl Alteration {
                     short(stepping.step)
                 );
             }
+            by_port.entry(fault.port).or_default().push(k);
             active.push(FaultState {
                 fault: fault.clone(),
                 is_on: false,
                 drawn: 0.0,
                 is_lost: false,
             });
-        }
-        let mut by_port: HashMap<Port, Vec<usize>> = HashMap::new();
-        for (k, fault) in faults.list.iter().enumerate() {
-            by_port.entry(fault.port).or_default().push(k);
         }
         Ok(Self {
             faults: active,
@@ -338,8 +340,7 @@ impl Alteration {
         let mut states = Vec::new();
         for k in self.by_port.get(&port).into_iter().flatten().copied() {
             let fault = &self.faults[k].fault;
-            let draws = matches!(fault.effect, Effect::Noise(_) | Effect::Drop(_));
-            if draws && !self.draws.contains(&k) {
+            if fault.draws() && !self.draws.contains(&k) {
                 self.draws.push(k);
             }
             states.push(ChannelState::new(k, fault, self.stepping));
@@ -419,7 +420,7 @@ impl ChannelState {
         let steps = steps.map_or(0, |n| usize::try_from(n).unwrap_or(usize::MAX));
         Self {
             fault: index,
-            before: Vec::with_capacity(steps),
+            before: VecDeque::with_capacity(steps),
             steps,
             ..Self::default()
         }
@@ -431,12 +432,10 @@ impl ChannelState {
         if self.steps == 0 || !self.has_value {
             return;
         }
-        if self.before.len() < self.steps {
-            self.before.push(self.value);
-        } else {
-            self.before[self.oldest] = self.value;
-            self.oldest = (self.oldest + 1) % self.steps;
+        if self.before.len() == self.steps {
+            self.before.pop_front();
         }
+        self.before.push_back(self.value);
     }
 
     /// The value after this fault; `before` is the value passed at the communication point before.
@@ -465,7 +464,7 @@ impl ChannelState {
                 }
             }
             Effect::Freeze | Effect::Drop(_) => self.value,
-            Effect::Delay(_) => self.before.get(self.oldest).copied().unwrap_or(value),
+            Effect::Delay(_) => self.before.front().copied().unwrap_or(value),
             Effect::Noise(deviation) => value + deviation * active.drawn,
         }
     }

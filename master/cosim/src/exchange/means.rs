@@ -28,16 +28,13 @@ impl Means {
         derivatives: Option<&Exchange>,
     ) -> Result<(Self, Vec<BondSlots>)> {
         let mut slots = BTreeMap::new();
-        let all_bonds = || {
-            wiring
-                .links
-                .iter()
-                .filter_map(|link| Some((link, link.bond?)))
-        };
-        let reads = reads(wiring, all_bonds().map(|(_, b)| b.step_mean), &mut slots);
+        let links = wiring.links.iter();
+        let all_bonds = links.filter_map(|link| Some((link, link.bond?)));
+        let means = all_bonds.clone().map(|(_, b)| b.step_mean);
+        let reads = reads(wiring, means, &mut slots);
         let mut bonds = Vec::new();
         let mut given = Vec::new();
-        for (link, b) in all_bonds() {
+        for (link, b) in all_bonds {
             let bond = wiring.name(link.from);
             let Some(flow) = wiring.source(b.flow) else {
                 bail!(
@@ -71,8 +68,8 @@ impl Means {
         let mut writes = writes(wiring, given.into_iter());
         writes.iter_mut().for_each(Write::trust_sources);
         let means = Self {
-            reads: by_component(reads, Read::component, count),
-            writes: by_component(writes, Write::component, count),
+            reads: by_component(reads, |read| read.instance, count),
+            writes: by_component(writes, |write| write.instance, count),
             values: vec![0.0; slots.len()],
         };
         Ok((means, bonds))

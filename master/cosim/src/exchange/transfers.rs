@@ -25,10 +25,6 @@ pub struct Read {
 }
 
 impl Read {
-    pub fn component(&self) -> usize {
-        self.instance
-    }
-
     pub(crate) fn slots(&self) -> Range<usize> {
         self.slots.clone()
     }
@@ -87,17 +83,10 @@ pub struct Write {
 }
 
 impl Write {
-    pub fn component(&self) -> usize {
-        self.instance
-    }
-
     /// From now on alter the values that `faults` concern.
     pub fn attach(&mut self, wiring: &Wiring, faults: &mut Alteration) {
         for (place, variable) in self.batch.variables.iter().enumerate() {
-            let input = Port {
-                component: self.instance,
-                variable: *variable,
-            };
+            let input = Port::new(self.instance, *variable);
             let ends = [wiring.source(input), Some(input)];
             for (port, altered) in ends.iter().zip(&mut self.altered) {
                 let channel = port.and_then(|port| faults.channel(port));
@@ -150,11 +139,11 @@ impl Write {
         at: At,
     ) -> Result<()> {
         let instance = &instances[self.instance];
+        if !instance.is_elsewhere() {
+            return self.run(instances, values, faults, at);
+        }
         self.gather(values, faults);
         self.check(instance, at)?;
-        if !instance.is_elsewhere() {
-            return instance.set(&self.batch, &self.buffer, at);
-        }
         instance.begin(BegunCall::Set(&self.batch, &self.buffer));
         Ok(())
     }
@@ -221,9 +210,7 @@ impl Write {
                 buffer[*k] = faults.alter_rate(*channel, buffer[*k]);
             }
         }
-        let instance = &instances[self.instance];
-        instance.check_derivatives(&self.batch, buffer, at)?;
-        instance.set_derivatives(&self.batch, buffer, at)
+        instances[self.instance].set_derivatives(&self.batch, buffer, at)
     }
 }
 
@@ -276,13 +263,12 @@ pub fn writes(
     let mut writes = Vec::new();
     for ((instance, ..), inputs) in together {
         let transformed = inputs.iter().map(|(.., t)| t.clone()).enumerate();
+        let transformed = transformed.filter(|(_, t)| *t != Transformation::NONE);
         writes.push(Write {
             instance,
             batch: wiring.batch(instance, inputs.iter().map(|(port, ..)| port.variable)),
             slots: inputs.iter().map(|(_, slot, _)| *slot).collect(),
-            transformed: transformed
-                .filter(|(_, t)| *t != Transformation::NONE)
-                .collect(),
+            transformed: transformed.collect(),
             altered: Default::default(),
             is_exact: false,
             is_checked: false,

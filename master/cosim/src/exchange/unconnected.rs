@@ -7,8 +7,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::Result;
-use fmi_description::{Access, Causality, Description};
-use serde::{Deserialize, Serialize};
+use fmi_description::{Access, Causality};
 
 use crate::exchange::{Exchange, Read, reads, rests};
 use crate::instance::finite::are_finite;
@@ -20,20 +19,13 @@ const FIRST: u32 = 64;
 /// then at each whose number is a multiple of this.
 const SELDOM: u32 = 1024;
 
-/// When a value was not finite for the first time, s, and the value.
-#[derive(Clone, Copy, Debug, Deserialize, PartialEq, Serialize)]
-pub(crate) struct Nonfinite {
-    pub time: f64,
-    pub value: f64,
-}
-
 /// Reads of the outputs, with their values.
 pub(crate) struct Unconnected {
     reads: Vec<UnconnectedRead>,
     values: Vec<f64>,
     ports: Vec<Port>,
-    /// By slot of the values.
-    pub found: Vec<Option<Nonfinite>>,
+    /// By slot of the values: the time, s, at which one was first not finite, and the value then.
+    pub found: Vec<Option<[f64; 2]>>,
     /// Why some are no longer read.
     pub remarks: Vec<String>,
     points: u32,
@@ -46,10 +38,6 @@ struct UnconnectedRead {
     has_failed: bool,
 }
 
-fn is_from_kit(description: &Description) -> bool {
-    description.tool.starts_with("fmu-export ")
-}
-
 impl Unconnected {
     /// The outputs of a system that `exchange` does not pass on, except those that may have any
     /// value.
@@ -58,10 +46,7 @@ impl Unconnected {
         for (component, instance) in instances.iter().enumerate() {
             let all = wiring.description(component).variables.iter().enumerate();
             for (variable, v) in all.filter(|(_, v)| v.causality == Causality::Output) {
-                let port = Port {
-                    component,
-                    variable,
-                };
+                let port = Port::new(component, variable);
                 let is_real = matches!(v.access(), Access::Real | Access::Float32);
                 let is_passed = exchange.slot(port).is_some();
                 if is_real && !is_passed && !instance.may_be_nonfinite(variable) {
@@ -71,8 +56,9 @@ impl Unconnected {
         }
         let mut slots = BTreeMap::new();
         let planned = reads(wiring, ports.into_iter(), &mut slots);
+        let tool = |read: &Read| &wiring.description(read.instance).tool;
         let reads = planned.into_iter().map(|read| UnconnectedRead {
-            is_from_kit: is_from_kit(wiring.description(read.component())),
+            is_from_kit: tool(&read).starts_with("fmu-export "),
             read,
             has_failed: false,
         });
@@ -88,8 +74,8 @@ impl Unconnected {
         }
     }
 
-    /// The outputs that were not finite.
-    pub fn nonfinite(&self) -> impl Iterator<Item = (Port, Nonfinite)> {
+    /// The outputs that were not finite, each with the time and the value.
+    pub fn nonfinite(&self) -> impl Iterator<Item = (Port, [f64; 2])> {
         let all = self.ports.iter().zip(&self.found);
         all.filter_map(|(port, found)| Some((*port, (*found)?)))
     }
@@ -100,9 +86,7 @@ impl Unconnected {
         let has_all = self.points < FIRST || self.points.is_multiple_of(SELDOM);
         self.points = self.points.wrapping_add(1);
         let is_read = |one: &UnconnectedRead| {
-            !one.has_failed
-                && (has_all || !one.is_from_kit)
-                && !rests(resting, one.read.component())
+            !one.has_failed && (has_all || !one.is_from_kit) && !rests(resting, one.read.instance)
         };
         for one in self.reads.iter().filter(|one| is_read(one)) {
             one.read.begin(instances);
@@ -111,7 +95,7 @@ impl Unconnected {
         for one in self.reads.iter_mut().filter(|one| is_read(one)) {
             let done = one.read.run_unchecked(instances, &mut self.values, at);
             match done {
-                Err(error) if one.is_from_kit => failure.add(one.read.component(), Err(error)),
+                Err(error) if one.is_from_kit => failure.add(one.read.instance, Err(error)),
                 Err(error) => {
                     one.has_failed = true;
                     self.remarks.push(format!(
@@ -122,9 +106,8 @@ impl Unconnected {
                 Ok(()) => {
                     for slot in one.read.slots() {
                         let value = self.values[slot];
-                        let found = &mut self.found[slot];
-                        if !value.is_finite() && found.is_none() {
-                            *found = Some(Nonfinite { time: t, value });
+                        if !value.is_finite() {
+                            self.found[slot].get_or_insert([t, value]);
                         }
                     }
                 }

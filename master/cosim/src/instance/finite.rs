@@ -56,7 +56,7 @@ impl Instance {
     }
 
     /// Refuses first time derivatives of variables, which are read or to be set.
-    pub(crate) fn check_derivatives(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
+    pub(super) fn check_derivatives(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
         match are_finite(values) {
             true => Ok(()),
             false => self.refuse(batch, values, at, ["has the derivative", "has"]),

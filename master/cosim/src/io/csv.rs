@@ -139,14 +139,6 @@ impl Log {
         })
     }
 
-    /// Add a row for the present communication point, if one is due.
-    pub fn add(&mut self, master: &Master) -> Result<()> {
-        match master.steps().is_multiple_of(self.stride) {
-            true => self.add_row(master),
-            false => Ok(()),
-        }
-    }
-
     fn add_row(&mut self, master: &Master) -> Result<()> {
         self.texts.clear();
         for (column, port) in &self.non_numeric {
@@ -155,7 +147,7 @@ impl Log {
         let values = self.signals.read(master)?;
         self.last = Some(master.time());
         if self.has_steps {
-            let LastStep { length, error } = master.last_step();
+            let LastStep { length, error } = master.last_step;
             let values = [values, &[length, error]].concat();
             return self.file.row_with(master.time(), &values, &self.texts);
         }
@@ -177,9 +169,13 @@ impl Log {
     }
 }
 
+/// A row for each communication point at which one is due.
 impl Observer for Log {
     fn observe(&mut self, master: &Master) -> Result<()> {
-        self.add(master)
+        match master.steps().is_multiple_of(self.stride) {
+            true => self.add_row(master),
+            false => Ok(()),
+        }
     }
 
     fn end(&mut self, master: &Master) -> Result<()> {

@@ -46,9 +46,7 @@ fn add_named(content: &Value, folder: &Path, seen: &mut Vec<PathBuf>, parts: &mu
             add_file(&folder.join(name), seen, parts);
         }
         Value::Array(items) => items.iter().for_each(|v| add_named(v, folder, seen, parts)),
-        Value::Object(items) => items
-            .values()
-            .for_each(|v| add_named(v, folder, seen, parts)),
+        Value::Object(items) => (items.values()).for_each(|v| add_named(v, folder, seen, parts)),
         _ => {}
     }
 }

@@ -84,35 +84,25 @@ impl Table {
             "row 1: the first column is `{}`; it must be `time`",
             names[0]
         );
-        let columns: HashSet<&String> = names[1..].iter().collect();
-        let chosen = &by_element(system, chosen, &columns);
         let units: HashMap<&String, &String> = units.iter().rev().map(|(s, u)| (s, u)).collect();
-        let mut by_column: HashMap<&str, Vec<&String>> = HashMap::new();
-        for (input, column) in chosen {
-            by_column.entry(column).or_default().push(input);
-        }
-        let mut table = Self::default();
-        let mut places = Vec::new();
-        for (place, name) in names.iter().enumerate().skip(1) {
-            let inputs = match chosen.is_empty() {
-                true => vec![name],
-                false => by_column.get(&**name).cloned().unwrap_or_default(),
-            };
-            for input in inputs {
-                table.columns.push(Column {
-                    name: input.clone(),
-                    unit: units.get(name).map(|unit| (*unit).clone()),
-                    values: Vec::new(),
-                });
-                places.push(place);
-            }
-        }
-        let has = |column: &String| columns.contains(column);
-        if let Some((input, column)) = chosen.iter().find(|(_, column)| !has(column)) {
-            bail!(
-                "row 1: there is no column `{column}` for `{input}`; there are {}",
-                names[1..].join(", ")
-            );
+        let columns: HashMap<&String, usize> = names.iter().zip(0..).skip(1).collect();
+        let all = names[1..].iter().map(|name| (name.clone(), name.clone()));
+        let chosen = match chosen.is_empty() {
+            true => all.collect(),
+            false => by_element(system, chosen, &columns),
+        };
+        let (mut table, mut places) = (Self::default(), Vec::new());
+        for (name, column) in chosen {
+            let place = columns.get(&column).with_context(|| {
+                let all = names[1..].join(", ");
+                format!("row 1: there is no column `{column}` for `{name}`; there are {all}")
+            })?;
+            places.push(*place);
+            table.columns.push(Column {
+                name,
+                unit: units.get(&column).map(|unit| (*unit).clone()),
+                values: Vec::new(),
+            });
         }
         let wiring = system.wiring()?;
         let targets = targets(system, &wiring, &table.columns, "row 1, ")?;
@@ -146,14 +136,14 @@ impl Table {
 fn by_element(
     system: &System,
     chosen: &[(String, String)],
-    columns: &HashSet<&String>,
+    columns: &HashMap<&String, usize>,
 ) -> Vec<(String, String)> {
     let each = |(input, column): &(String, String)| {
         let name = |port: &Port| system.name(*port);
         let names = system.ports(input).unwrap_or_default();
         let names: Vec<String> = names.iter().map(name).collect();
         let of = |name: &String| format!("{column}{}", &name[name.rfind('[').unwrap_or(0)..]);
-        match names.len() > 1 && names.iter().all(|name| columns.contains(&of(name))) {
+        match names.len() > 1 && names.iter().all(|name| columns.contains_key(&of(name))) {
             true => names.iter().map(|name| (name.clone(), of(name))).collect(),
             false => vec![(input.clone(), column.clone())],
         }
@@ -218,19 +208,15 @@ fn check_order(times: &[f64], time: f64) -> Result<()> {
 #[derive(Default)]
 pub struct InputTable {
     times: Vec<f64>,
-    columns: Vec<ColumnValues>,
+    /// Values of each column, and whether they are interpolated linearly between rows; else the
+    /// value of the row before holds.
+    columns: Vec<(Vec<f64>, bool)>,
     ports: Vec<Port>,
     pub(crate) writes: Vec<Write>,
     /// Present value of each column.
     values: Vec<f64>,
     /// Last row that the time has reached.
     row: usize,
-}
-
-struct ColumnValues {
-    values: Vec<f64>,
-    /// Interpolate linearly between rows; else hold the value of the row before.
-    is_linear: bool,
 }
 
 impl InputTable {
@@ -259,10 +245,7 @@ impl InputTable {
         }
         let (mut columns, mut inputs) = (Vec::new(), Vec::new());
         for (slot, (column, target)) in table.columns.iter().zip(targets).enumerate() {
-            columns.push(ColumnValues {
-                values: column.values.clone(),
-                is_linear: target.is_linear,
-            });
+            columns.push((column.values.clone(), target.is_linear));
             let ends = target.ends.into_iter();
             inputs.extend(ends.map(|(port, transformation)| (port, slot, transformation)));
         }
@@ -292,10 +275,7 @@ impl InputTable {
     /// Feed an input with a constant.
     pub(crate) fn hold(&mut self, wiring: &Wiring, port: Port, value: f64) {
         let slot = self.columns.len();
-        self.columns.push(ColumnValues {
-            values: vec![value; self.times.len()],
-            is_linear: false,
-        });
+        self.columns.push((vec![value; self.times.len()], false));
         let target = (port, slot, Transformation::NONE);
         self.writes.extend(writes(wiring, std::iter::once(target)));
         self.values.push(value);
@@ -326,10 +306,10 @@ impl InputTable {
             Some(next) => ((t - self.times[row]) / (next - self.times[row])).max(0.0),
             None => 0.0,
         };
-        for (value, column) in self.values.iter_mut().zip(&self.columns) {
-            let here = column.values[row];
-            *value = match column.values.get(row + 1) {
-                Some(next) if column.is_linear => here + share * (next - here),
+        for (value, (column, is_linear)) in self.values.iter_mut().zip(&self.columns) {
+            let here = column[row];
+            *value = match column.get(row + 1) {
+                Some(next) if *is_linear => here + share * (next - here),
                 _ => here,
             };
         }
@@ -424,12 +404,8 @@ fn ends(
     let (name, system) = (&column.name, names.system);
     let unit = column.unit.as_deref().map(str::trim);
     let unit = unit.filter(|unit| !matches!(*unit, "" | "1"));
-    let unit = unit.map(|name| {
-        units
-            .get(name)
-            .cloned()
-            .unwrap_or_else(|| common_unit(name))
-    });
+    let defined = |name: &str| units.get(name).cloned();
+    let unit = unit.map(|name| defined(name).unwrap_or_else(|| common_unit(name)));
     if let Some(input) = names.inputs.get(&**name) {
         let first = match (&unit, &input.unit) {
             (Some(unit), Some(own)) => unit_conversion(unit, own)?,

@@ -52,13 +52,11 @@ impl AlarmWatch {
     pub fn judge(&self, system: &System, verdict: &mut Verdict) {
         for ((port, _, alarm), raised) in self.alarms.iter().zip(&self.raised) {
             let Some([t, value]) = raised else { continue };
-            let shown = match &system.variable(*port).kind {
-                Kind::Boolean => (*value != 0.0).to_string(),
-                Kind::Enumeration(items) => {
-                    let mut items = items.iter();
-                    let item = items.find(|item| item.value as f64 == *value);
-                    item.map_or(value.to_string(), |item| item.name.clone())
-                }
+            let v = system.variable(*port);
+            let item = v.items().iter().find(|item| item.value as f64 == *value);
+            let shown = match (&v.kind, item) {
+                (Kind::Boolean, _) => (*value != 0.0).to_string(),
+                (_, Some(item)) => item.name.clone(),
                 _ => short(*value),
             };
             let (text, name) = (&alarm.text, system.name(*port));

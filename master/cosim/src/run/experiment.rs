@@ -36,6 +36,20 @@ pub struct Experiment {
 }
 
 impl Experiment {
+    /// Steps on one thread to the stop time of the system, with nothing given.
+    pub fn new(stepping: Stepping) -> Self {
+        Self {
+            stepping,
+            threads: 1,
+            stop: None,
+            tolerance: None,
+            settings: Vec::new(),
+            faults: Faults::default(),
+            inputs: None,
+            nonfinite: Vec::new(),
+        }
+    }
+
     /// The initialized system at its start time.
     pub fn start(&self, system: &System) -> Result<Master> {
         self.start_until(system, None)

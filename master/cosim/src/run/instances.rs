@@ -13,54 +13,41 @@ use fmi_import::raw::Experiment as FmiExperiment;
 
 /// An instance of component `k` on its own, with the system's parameter values, then `settings`.
 pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Instance> {
-    let experiment = FmiExperiment::from_start(system.structure.start_time);
-    make(
-        system,
-        k,
-        settings,
-        false,
-        experiment,
-        None,
-        &BTreeSet::new(),
-    )
+    let told = FmiExperiment::from_start(system.structure.start_time);
+    make(system, k, settings, false, told, None, &BTreeSet::new())
 }
 
-/// The same for a run of which the FMU is told `experiment`, with its own tolerance where none is
-/// given, in a worker's thread if there is one; `is_staged` as in [`Instance::new`]. The variables
+/// The same for a run of which the FMU is `told` this, with its own tolerance where none is given,
+/// in a worker's thread if there is one; `is_staged` as in [`Instance::new`]. The variables
 /// `nonfinite` may have values that are not finite.
 pub(crate) fn make(
     system: &System,
     k: usize,
     settings: &[Setting],
     is_staged: bool,
-    mut experiment: FmiExperiment,
+    mut told: FmiExperiment,
     worker: Option<&Worker>,
     nonfinite: &BTreeSet<Port>,
 ) -> Result<Instance> {
     let (component, fmu) = (&system.structure.components[k], &system.fmus[k]);
-    let cached = match worker {
-        None => instance_cache::take(fmu, &component.name, is_staged),
-        Some(_) => None,
-    };
-    let mut instance = match cached {
+    let cached = worker
+        .is_none()
+        .then(|| instance_cache::take(fmu, &component.name, is_staged));
+    let mut instance = match cached.flatten() {
         Some(instance) => instance,
         None => Instance::in_thread(worker, fmu, &component.name, is_staged)?,
     };
-    let [first, next] = [k, k + 1].map(|component| Port {
-        component,
-        variable: 0,
-    });
+    let [first, next] = [k, k + 1].map(|component| Port::new(component, 0));
     let unchecked = nonfinite.range(first..next).map(|port| port.variable);
     instance.allow_nonfinite(unchecked.collect());
     let own = fmu.description.default_experiment.tolerance;
-    if let (false, Some(tolerance)) = (experiment.has_tolerance, own.filter(|own| *own > 0.0)) {
-        (experiment.has_tolerance, experiment.tolerance) = (true, tolerance);
+    if let (false, Some(tolerance)) = (told.has_tolerance, own.filter(|own| *own > 0.0)) {
+        (told.has_tolerance, told.tolerance) = (true, tolerance);
     }
-    instance.call(Call::SetUp(experiment), At::Initialization)?;
+    instance.call(Call::SetUp(told), At::Initialization)?;
     for p in &component.parameters {
-        instance
-            .set_from_text(&p.name, &p.value)
-            .with_context(|| p.origin.clone())?;
+        let set = instance.set_from_text(&p.name, &p.value);
+        set.with_context(|| p.origin.clone())?;
     }
     for s in settings.iter().filter(|s| s.port.component == k) {
         instance.set_from_text(&system.variable(s.port).name, &s.value)?;

@@ -50,16 +50,8 @@ impl Plan {
     /// The key of a run of `experiment` on `system` by this plan. Its snapshots may be taken at any
     /// time.
     pub fn key(&self, system: &System, experiment: &Experiment) -> RunKey {
-        let Self {
-            stop: _, // in the experiment
-            control,
-            snapshots: _,
-            resume: _,
-            key: _,
-            threads_for: _,
-        } = self;
         let mut key = RunKey::new(system, experiment);
-        key.add("the choice of steps", format!("{control:?}"));
+        key.add("the choice of steps", format!("{:?}", self.control));
         key
     }
 

@@ -1,8 +1,8 @@
 //! The key of a run: all that its numbers depend on, by name and by content. Snapshots, the stores
 //! of the studies and the sweeps of the Python package reuse results only where it is the same.
 //!
-//! Every struct that describes a run is taken apart field by field, so that a new field does not
-//! compile before it is decided whether numbers depend on it.
+//! Structure and experiment are taken apart field by field, so that a new field does not compile
+//! before it is decided whether numbers depend on it; parts of theirs count whole.
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -14,13 +14,12 @@ use fmi_description::{Kind, Variable};
 use serde::{Deserialize, Serialize};
 use system_structure::Connector;
 
-use crate::exchange::faults::{Fault, Faults};
+use crate::exchange::faults::Faults;
 use crate::io::digest::{sha256, sha256_of_file};
-use crate::io::input_table::{Column, Table};
 use crate::run::experiment::Experiment;
 use crate::schedule::Stepping;
 use crate::structure::system::{Setting, System};
-use crate::structure::{Component, Connection, Parameter, Structure};
+use crate::structure::{Connection, Structure};
 
 /// Name of the part that a resumed run may have otherwise: it may go on for longer.
 pub(crate) const STOP_TIME: &str = "the stop time";
@@ -44,12 +43,7 @@ impl RunKey {
         let version = env!("CARGO_PKG_VERSION");
         let version = format!("{version} ({} {})", consts::OS, consts::ARCH);
         key.add("the version of cosim", version);
-        let System {
-            path: _,
-            structure,
-            fmus: _,
-            alarms: _, // those of the structure
-        } = system;
+        let structure = &system.structure;
         key.add_structure(structure);
         key.add_start_values(system, &experiment.settings);
         let Experiment {
@@ -81,8 +75,9 @@ impl RunKey {
         let stop = stop.map_or("not given".into(), |stop| format!("{stop} s"));
         key.add(STOP_TIME, stop);
         key.add_faults(system, faults);
-        if let Some(table) = inputs {
-            key.add_inputs(table);
+        for column in inputs.iter().flat_map(|table| &table.columns) {
+            let times = inputs.as_ref().map(|table| &table.times);
+            key.add_hash(format!("the input `{}`", column.name), &(column, times));
         }
         key
     }
@@ -144,43 +139,31 @@ impl RunKey {
         let names: Vec<&str> = components.iter().map(|c| c.name.as_str()).collect();
         self.add("the order of components", names.join(", "));
         for component in components {
-            let Component {
-                name,
-                source: _, // the FMU itself counts
-                connectors,
-                parameters: _, // among the start values
-            } = component;
-            let declared = connectors.iter().map(|connector| {
-                let Connector {
-                    name,
-                    direction,
-                    data_type,
-                    unit,
-                    dimensions,
-                    line: _,
-                } = connector;
-                format!("{:?}", (name, direction, data_type, unit, dimensions))
-            });
-            let mut declared: Vec<String> = declared.collect();
+            let moved = |c: &Connector| {
+                format!(
+                    "{:?}",
+                    Connector {
+                        line: 0,
+                        ..c.clone()
+                    }
+                )
+            };
+            let mut declared: Vec<String> = component.connectors.iter().map(moved).collect();
             declared.sort();
-            self.add_hash(format!("the list of connectors of `{name}`"), &declared);
+            let name = format!("the list of connectors of `{}`", component.name);
+            self.add_hash(name, &declared);
         }
         let mut order = Vec::new();
         for connection in connections {
-            let Connection {
-                start: (component, output),
-                end,
-                unit,
-                way,
-                is_initial,
-                bond,
-                place: _,
-            } = connection;
-            let end = format!("{}.{}", end.0, end.1);
-            let rest = sha256(format!("{:?}", (unit, way, is_initial, bond)).as_bytes());
-            let source = format!("{component}.{output} ({})", short(&rest));
-            self.add(format!("the source of `{end}`"), source);
-            order.push(end);
+            let ((component, output), (owner, input)) = (&connection.start, &connection.end);
+            let place = String::new();
+            let moved = Connection {
+                place,
+                ..connection.clone()
+            };
+            let source = format!("{component}.{output} ({})", hash(&moved));
+            self.add(format!("the source of `{owner}.{input}`"), source);
+            order.push((owner, input));
         }
         self.add_hash("the order of connections".into(), &order);
         self.add_hash("the list of inputs of the system".into(), inputs);
@@ -203,17 +186,9 @@ impl RunKey {
             let digest = format!("sha256 {}", short(&fmu.sha256));
             self.add(format!("the FMU of `{name}`"), digest);
             let description = &fmu.description;
-            let bound = component.parameters.iter().filter_map(|parameter| {
-                let Parameter {
-                    name,
-                    value,
-                    data_type: _, // that of the variable
-                    unit: _,      // the value is converted already
-                    way: _,       // it has been gone already
-                    origin: _,
-                } = parameter;
-                Some((description.index(name)?, value))
-            });
+            // Their values have the types and units of the variables.
+            let bound = component.parameters.iter();
+            let bound = bound.filter_map(|p| Some((description.index(&p.name)?, &p.value)));
             let own = settings.iter().filter_map(|Setting { port, value }| {
                 (port.component == k).then_some((port.variable, value))
             });
@@ -243,34 +218,25 @@ impl RunKey {
             return;
         }
         self.add("the seed of faults", seed.to_string());
-        let described = list.iter().map(|fault| {
-            let Fault {
-                port,
-                effect,
-                from,
-                until,
-                is_event,
-            } = fault;
-            let kind = if *is_event { "event" } else { "fault" };
-            let name = system.name(*port);
-            format!("{kind} of {name}: {effect:?} from {from} s until {until} s")
+        let described = list.iter().map(|f| {
+            let kind = if f.is_event { "event" } else { "fault" };
+            let (name, effect) = (system.name(f.port), f.effect);
+            format!(
+                "{kind} of {name}: {effect:?} from {} s until {} s",
+                f.from, f.until
+            )
         });
         self.add("the list of faults", Vec::from_iter(described).join(", "));
     }
 
-    fn add_inputs(&mut self, table: &Table) {
-        let Table { times, columns } = table;
-        for column in columns {
-            let Column { name, unit, values } = column;
-            self.add_hash(format!("the input `{name}`"), &(unit, times, values));
-        }
-    }
-
-    /// Adds a hash of a value. The shortest digits of its numbers tell them all apart.
     fn add_hash(&mut self, name: String, value: &impl Debug) {
-        let digest = sha256(format!("{value:?}").as_bytes());
-        self.add(name, format!("sha256 {}", short(&digest)));
+        self.add(name, format!("sha256 {}", hash(value)));
     }
+}
+
+/// A hash of a value. The shortest digits of its numbers tell them all apart.
+fn hash(value: &impl Debug) -> String {
+    short(&sha256(format!("{value:?}").as_bytes())).to_string()
 }
 
 /// As many digits of a hash as no two values share by chance.

@@ -11,7 +11,7 @@ use crate::structure::system::System;
 use crate::wiring::Port;
 use crate::wiring::transformation::Transformation;
 use anyhow::{Result, bail, ensure};
-use fmi_description::{Access, Causality, Kind};
+use fmi_description::{Access, Causality, Kind, Variable};
 
 /// Variables that are read together.
 #[derive(Clone, Debug)]
@@ -143,29 +143,52 @@ fn matching_access(
     is_wanted: impl Fn(Access) -> bool,
 ) -> Result<Vec<Port>> {
     let silent: Vec<usize> = without_outputs(system).collect();
-    let (mut ports, mut seen) = (Vec::new(), BTreeSet::new());
-    let is_fit = |port: &Port| {
-        let v = system.variable(*port);
-        is_wanted(v.access()) && (v.is_input() || v.is_computed())
+    let is_fit = |v: &Variable| is_wanted(v.access()) && (v.is_input() || v.is_computed());
+    let is_shown = |pattern: &str, port: Port| {
+        let is_whole = pattern == "*" || pattern.ends_with(".*");
+        match system.variable(port).causality {
+            Causality::Output => true,
+            Causality::Local => !is_whole || silent.contains(&port.component),
+            _ => !is_whole,
+        }
     };
+    meant(system, patterns, "signal", is_fit, is_shown)
+}
+
+/// The Real variables that patterns name, of any role: those that may have values that are not
+/// finite (`--allow-nonfinite`). The name of an array stands for all its elements.
+pub fn matching_real(system: &System, patterns: &[String]) -> Result<Vec<Port>> {
+    let is_real = |v: &Variable| v.kind == Kind::Real;
+    meant(
+        system,
+        patterns,
+        "variable of type Real",
+        is_real,
+        |_, _| true,
+    )
+}
+
+/// The fitting variables that each pattern means: by a name, else all shown ones that match it.
+fn meant(
+    system: &System,
+    patterns: &[String],
+    what: &str,
+    is_fit: impl Fn(&Variable) -> bool,
+    is_shown: impl Fn(&str, Port) -> bool,
+) -> Result<Vec<Port>> {
+    let (mut ports, mut seen) = (Vec::new(), BTreeSet::new());
     for pattern in patterns {
         let mut found = system.ports(pattern).unwrap_or_default();
-        found.retain(is_fit);
+        found.retain(|port| is_fit(system.variable(*port)));
         if found.is_empty() {
-            let is_whole = pattern == "*" || pattern.ends_with(".*");
-            let is_shown = |port: &Port| match system.variable(*port).causality {
-                Causality::Output => true,
-                Causality::Local => !is_whole || silent.contains(&port.component),
-                _ => !is_whole,
-            };
             found.extend(system.all_ports().filter(|port| {
-                let is_wanted = is_fit(port) && is_shown(port);
+                let is_wanted = is_fit(system.variable(*port)) && is_shown(pattern, *port);
                 is_wanted && matches_pattern(pattern, &system.name(*port))
             }));
         }
         ensure!(
             !found.is_empty(),
-            "no signal matches `{pattern}`; signals are named component.variable, `*` stands for any text"
+            "no {what} matches `{pattern}`; names are component.variable, `*` stands for any text"
         );
         ports.extend(found.into_iter().filter(|port| seen.insert(*port)));
     }
@@ -200,27 +223,6 @@ pub fn split_lists(system: &System, lists: &[String]) -> Vec<String> {
         }
     }
     names
-}
-
-/// The Real variables that patterns name, of any role: those that may have values that are not
-/// finite (`--allow-nonfinite`). The name of an array stands for all its elements.
-pub fn matching_real(system: &System, patterns: &[String]) -> Result<Vec<Port>> {
-    let is_real = |port: &Port| system.variable(*port).kind == Kind::Real;
-    let mut ports = Vec::new();
-    for pattern in patterns {
-        let mut found = system.ports(pattern).unwrap_or_default();
-        if found.is_empty() {
-            let all = system.all_ports();
-            found.extend(all.filter(|port| matches_pattern(pattern, &system.name(*port))));
-        }
-        found.retain(is_real);
-        ensure!(
-            !found.is_empty(),
-            "no variable of type Real matches `{pattern}`; variables are named component.variable, `*` stands for any text"
-        );
-        ports.extend(found);
-    }
-    Ok(ports)
 }
 
 /// True if `name` is `pattern` with each `*` replaced by some text.

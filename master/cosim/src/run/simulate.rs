@@ -89,7 +89,7 @@ pub fn run_plan(
     let tolerance = 1e-6 * state.master.stepping().step;
     let is_past = |(time, _): &&(f64, PathBuf)| *time < start - tolerance;
     if let Some((time, file)) = plan.snapshots.iter().find(is_past) {
-        let file = file.display();
+        let (file, time, start) = (file.display(), short(*time), short(start));
         bail!("the snapshot `{file}` at {time} s cannot be saved: the run begins at {start} s");
     }
     let mut due: Vec<_> = plan.snapshots.iter().collect();
@@ -124,7 +124,7 @@ pub fn run_plan(
         };
         if let Err(error) = observed {
             if error.downcast_ref::<Ended>().is_some() {
-                state.supervision.note(format!("{error:#}"));
+                state.supervision.findings.note(format!("{error:#}"));
                 // What it has reached can be read, but nothing after a step that was not made.
                 is_readable = state.master.time() > time && observer.observe(&state.master).is_ok();
                 break;
@@ -193,15 +193,11 @@ impl Outcome {
                 r.bond, r.peak, r.energy, r.turnover
             ));
         }
-        if let Some(StepCount {
-            made,
-            computed,
-            lengths,
-        }) = self.steps
-        {
-            let [shortest, longest] = lengths.unwrap_or_default();
+        if let Some(steps) = self.steps {
+            let [shortest, longest] = steps.lengths.unwrap_or_default();
             line(format!(
-                "{made} communication steps of {shortest:.3e} s to {longest:.3e} s, {computed} computed"
+                "{} communication steps of {shortest:.3e} s to {longest:.3e} s, {} computed",
+                steps.made, steps.computed
             ));
         }
         line(format!(

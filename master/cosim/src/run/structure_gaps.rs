@@ -67,10 +67,7 @@ impl System {
             let (mut seen, mut is_counted) = (BTreeSet::new(), false);
             let inputs = fmu.description.variables.iter().enumerate();
             for (variable, v) in inputs.filter(|(_, v)| v.is_input()) {
-                let port = Port {
-                    component,
-                    variable,
-                };
+                let port = Port::new(component, variable);
                 let is_given = wiring.driver(port).is_some()
                     || bound.contains(&v.name)
                     || given.contains(&port);

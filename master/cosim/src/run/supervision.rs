@@ -7,6 +7,7 @@ use std::collections::HashMap;
 use anyhow::Result;
 
 use crate::exchange::bond::Residual;
+use crate::instance::Ended;
 use crate::master::Master;
 use crate::run::alarms::AlarmWatch;
 use crate::run::divergence::Watch;
@@ -25,15 +26,16 @@ const ROUNDING: f64 = 1e-9;
 pub struct Supervision {
     pub(crate) watch: Watch,
     pub(crate) alarms: AlarmWatch,
-    verdict: Verdict,
+    /// The findings so far, without those that are judged at the end.
+    pub findings: Verdict,
 }
 
 impl Supervision {
-    /// For a run of `system` that begins; `verdict` has the findings so far.
-    pub fn new(system: &System, master: &Master, mut verdict: Verdict) -> Result<Self> {
+    /// For a run of `system` that begins, with the findings so far.
+    pub fn new(system: &System, master: &Master, mut findings: Verdict) -> Result<Self> {
         let step = master.stepping().step;
         if let Some((component, internal)) = system.uneven_step(step) {
-            verdict.note(format!(
+            findings.note(format!(
                 "the communication step of {} s is no multiple of the fixed internal step of `{component}`, {} s",
                 short(step),
                 short(internal)
@@ -42,7 +44,7 @@ impl Supervision {
         Ok(Self {
             watch: Watch::new(master.time(), &master.exchange().values),
             alarms: AlarmWatch::new(system, master)?,
-            verdict,
+            findings,
         })
     }
 
@@ -52,27 +54,18 @@ impl Supervision {
         self.alarms.add(master)
     }
 
-    /// Adds a finding that does not spoil the result.
-    pub fn note(&mut self, text: String) {
-        self.verdict.note(text);
-    }
-
-    /// Adds a finding that spoils the result.
-    pub fn fail(&mut self, text: String) {
-        self.verdict.object(text);
-    }
-
-    /// Adds to the error of a step which loop had begun to diverge, if one had.
+    /// Adds to the error of a step which loop had begun to diverge, if one had, and no FMU asked to
+    /// end the run.
     pub fn explain(&self, error: anyhow::Error, system: &System, master: &Master) -> anyhow::Error {
         match self.divergence(system, master) {
-            Some(cause) => error.context(cause),
-            None => error,
+            Some(cause) if !error.is::<Ended>() => error.context(cause),
+            _ => error,
         }
     }
 
     /// The verdict so far, without the messages of the FMUs.
     pub fn verdict(&self, system: &System, master: &Master) -> Verdict {
-        let mut verdict = self.verdict.clone();
+        let mut verdict = self.findings.clone();
         if let Some(text) = self.divergence(system, master) {
             verdict.object(text);
         }

@@ -63,7 +63,7 @@ pub(crate) fn multi_threaded(
     };
     let chosen = run_again();
     if let Ok(Some(_)) = chosen {
-        supervision.note(format!(
+        supervision.findings.note(format!(
             "the steps take long, so {threads} threads make them (--threads 1 for one)"
         ));
     } else {
@@ -71,7 +71,7 @@ pub(crate) fn multi_threaded(
         messages::extend(first_messages);
     }
     chosen.unwrap_or_else(|error| {
-        supervision.note(format!(
+        supervision.findings.note(format!(
             "one thread makes all steps, although they take long: {error:#}"
         ));
         None

@@ -9,20 +9,24 @@ use serde::{Deserialize, Serialize};
 /// were set at the same communication point, in the order of direct feedthrough. FMI 2.0 (section
 /// 4.2.4) does not guarantee that; FMI 3.0 allows it in Event Mode.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
+#[cfg_attr(feature = "native", derive(clap::ValueEnum))]
 pub enum Schedule {
-    /// Only what FMI 2.0 guarantees: at every communication point all connected outputs are read
-    /// once, all connected inputs are set once, and all components are stepped. Nothing is read
-    /// between a set and the next step, so a value that passes through a component arrives one step
-    /// later. An FMU of FMI 3.0 enters Event Mode when a clock ticks or a discrete input changes.
+    /// Get all outputs, set all inputs, step all: asks of an FMU and of an importer what FMI 2.0
+    /// promises, nothing more. Nothing is read between a set and the next step, so a value that goes
+    /// through a component arrives one step later. An FMU of FMI 3.0 enters Event Mode when a clock
+    /// ticks or a discrete input changes
     Standard,
-    /// Components are stepped one after the other in the order of the system structure. A component
-    /// stepped later than the one that exerts an effort on it gets the mean effort over the step.
+    /// Step one after the other in the order of the system, later ones with the mean effort of the
+    /// step over a power bond; asks what jacobi asks, and that inputs can be set between the steps of
+    /// two components
     #[default]
     GaussSeidel,
-    /// All components are stepped with the values at the communication point, held over the step.
+    /// Step all from the values at the communication point; asks that outputs can be read again
+    /// after inputs were set at the same communication point
     Jacobi,
     /// As [`Schedule::Jacobi`], and inputs that can use them get the first time derivatives of
     /// continuous outputs.
+    #[cfg_attr(feature = "native", value(skip))]
     JacobiDerivatives,
 }
 
@@ -37,19 +41,21 @@ impl Schedule {
 
 /// Course of a continuous input over a communication step.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Eq, PartialEq, Serialize)]
+#[cfg_attr(feature = "native", derive(clap::ValueEnum))]
 pub enum Between {
-    /// Held at its value at the communication point before: first order in the communication step.
+    /// Held at its value at the communication point before: first order in the communication step
     #[default]
     Held,
-    /// Extrapolated from the last two points to the middle of each component step: second order.
+    /// Extrapolated from the last two points to the middle of each component step: second order
     Extrapolated,
-    /// Interpolated to the middle of each component step, if the source was stepped before
-    /// (Gauss–Seidel): second order. Else held.
+    /// With gauss-seidel interpolated to the middle of each component step, if the source was
+    /// stepped first and no power bond passes its mean: second order; else held
     Interpolated,
-    /// The value at the end, if the source was stepped before (Gauss–Seidel): first order. Else
-    /// held.
+    /// With gauss-seidel the value at the end, if the source was stepped first and no power bond
+    /// passes its mean: first order; else held
     End,
-    /// Effort and flow of power bonds corrected by their last errors: second order. Others held.
+    /// Effort and flow of power bonds corrected by what they lacked in the last step: second order;
+    /// others held
     Balanced,
 }
 
@@ -69,6 +75,20 @@ pub struct Stepping {
     pub between: Between,
     /// Deviation of communication points from their grid, if any.
     pub jitter: Option<Jitter>,
+}
+
+impl Stepping {
+    /// Steps of one length, s, from a start, s, on, with held inputs.
+    pub fn new(start: f64, step: f64, schedule: Schedule) -> Self {
+        let (between, jitter) = (Between::Held, None);
+        Self {
+            start,
+            step,
+            schedule,
+            between,
+            jitter,
+        }
+    }
 }
 
 /// Jitter of the communication points: early, late or lost ones.

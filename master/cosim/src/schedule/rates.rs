@@ -93,11 +93,8 @@ impl Rates {
             "input derivatives say what inputs are between communication points: components have no other steps or inputs then"
         );
         let mut components = Vec::new();
-        let own_steps = structure
-            .rates
-            .iter()
-            .map(|(name, own)| (name.as_str(), *own));
-        let own_steps: HashMap<&str, f64> = own_steps.collect();
+        let own_steps = structure.rates.iter();
+        let own_steps: HashMap<&str, f64> = own_steps.map(|(name, h)| (&**name, *h)).collect();
         let mut driving: Vec<Vec<&Link>> = vec![Vec::new(); structure.components.len()];
         for link in &wiring.links {
             driving[link.to.component].push(link);
@@ -166,26 +163,21 @@ impl Rates {
     }
 
     /// Estimate the inputs of a component at the end of a step from `t` by `h`, both s.
-    pub fn look_ahead(
+    fn look_ahead(
         &mut self,
         component: usize,
         instances: &[Instance],
         values: &[f64],
         [t, h]: [f64; 2],
     ) -> Result<()> {
-        let ComponentRate {
-            reads,
-            sources,
-            ends,
-            ..
-        } = &mut self.components[component];
-        if !reads.is_empty() {
-            let mut reads = reads.iter();
-            return reads.try_for_each(|read| read.run(instances, ends, At::Time(t + h)));
+        let (own, at) = (&mut self.components[component], At::Time(t + h));
+        if !own.reads.is_empty() {
+            let (mut reads, ends) = (own.reads.iter(), &mut own.ends);
+            return reads.try_for_each(|read| read.run(instances, ends, at));
         }
         let PastValues { before, length, .. } = &self.known;
         let share = if *length > 0.0 { h / length } else { 0.0 };
-        for (end, slot) in ends.iter_mut().zip(sources) {
+        for (end, slot) in own.ends.iter_mut().zip(&own.sources) {
             *end = values[*slot] + share * (values[*slot] - before[*slot]);
         }
         Ok(())
@@ -195,6 +187,10 @@ impl Rates {
     /// mean efforts are those over all of the steps.
     pub fn step(&mut self, step: ComponentStep, [t, h]: [f64; 2]) -> Result<()> {
         let (k, at) = (step.component, At::Time(t));
+        // Only once, where the steps are begun in another thread.
+        if step.begins || !step.instances[k].is_elsewhere() {
+            self.look_ahead(k, step.instances, step.values, [t, h])?;
+        }
         if !self.is_due(k, t + h) {
             return Ok(());
         }
@@ -237,11 +233,8 @@ impl Rates {
             instances[k].step(from, length)?;
             if let Some(read) = mean {
                 read.run(instances, means, at)?;
-                let news = &means[slots.clone()];
-                rate.sums
-                    .iter_mut()
-                    .zip(news)
-                    .for_each(|(sum, new)| *sum += new);
+                let sums = rate.sums.iter_mut().zip(&means[slots.clone()]);
+                sums.for_each(|(sum, new)| *sum += new);
             }
         }
         if !begins {

@@ -4,6 +4,7 @@
 use anyhow::Result;
 
 use crate::exchange::algebraic_loop::LoopStage;
+use crate::exchange::bond::BondSlots;
 use crate::exchange::coupling::{Coupling, Saved};
 use crate::instance::At;
 
@@ -20,7 +21,8 @@ pub fn advance(coupling: &mut Coupling, [t, h, end]: [f64; 3]) -> Result<()> {
         None => step(coupling, [t, h, end])?,
         Some(mut unknowns) => {
             let saved = &coupling.save(t)?;
-            let flows = coupling.flows();
+            let flow = |bond: &BondSlots| coupling.exchange.values[bond.flow_slot];
+            let flows: Vec<f64> = coupling.bonds.iter().map(flow).collect();
             let repeated = &mut RepeatedStep {
                 coupling,
                 saved,
@@ -29,7 +31,10 @@ pub fn advance(coupling: &mut Coupling, [t, h, end]: [f64; 3]) -> Result<()> {
             let solved = unknowns.solve(repeated, At::Time(end));
             coupling.exchange.over_step = Some(unknowns);
             solved?;
-            coupling.record_flows_before(&flows);
+            // Those before the step differ from those given over a repeated one.
+            for (bond_step, flow) in coupling.bond_steps.iter_mut().zip(flows) {
+                bond_step.flow_before = flow;
+            }
         }
     }
     coupling.account(h);

@@ -81,12 +81,7 @@ impl StepLimits {
             least > 0.0 && least < 1.0 && most > 1.0 && most.is_finite(),
             "changes of the step by {least} to {most}: they must lie below and above 1"
         );
-        let Self {
-            safety,
-            proportional: p,
-            integral: i,
-            ..
-        } = *self;
+        let (safety, p, i) = (self.safety, self.proportional, self.integral);
         ensure!(
             safety > 0.0 && safety <= 1.0,
             "safety {safety} of the step must be greater than 0 and at most 1"
@@ -165,20 +160,15 @@ impl StepController {
 
     /// Chooses the next length after a step of `length`, s, with this error relative to the allowed
     /// one.
-    pub fn follow(&mut self, length: f64, error: f64) -> Result<()> {
-        let StepLimits {
-            length: [shortest, longest],
-            change: [least, most],
-            safety,
-            proportional,
-            integral,
-        } = self.limits;
+    pub fn follow(&mut self, length: f64, mut error: f64) -> Result<()> {
+        let StepLimits { safety, .. } = self.limits;
+        let ([shortest, longest], [least, most]) = (self.limits.length, self.limits.change);
+        let (proportional, integral) = (self.limits.proportional, self.limits.integral);
         ensure!(
             !error.is_nan(),
             "the error of the communication step is NaN"
         );
         let last = self.state;
-        let mut error = error;
         if self.remembers {
             let faded = (-length / (MEMORY * longest)).exp();
             let remembered = last.error * (length / last.length).powi(2);

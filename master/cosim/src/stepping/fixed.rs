@@ -15,7 +15,7 @@ pub struct FixedSteps {
     /// A last, shorter step follows.
     has_rest: bool,
     /// Number of steps that are made, including those whose communication points are lost.
-    made: u64,
+    pub(super) made: u64,
     /// Stop time, s.
     stop: f64,
     stepping: Stepping,
@@ -56,11 +56,6 @@ impl FixedSteps {
         std::mem::take(&mut self.has_rest)
     }
 
-    /// Number of steps that are made, including those whose communication points are lost.
-    pub fn made(&self) -> u64 {
-        self.made
-    }
-
     /// Continues after `made` steps, at `time`, s.
     pub(super) fn resume(&mut self, time: f64, made: u64) -> Result<()> {
         let Stepping { start, step, .. } = self.stepping;
@@ -78,15 +73,10 @@ impl FixedSteps {
     /// Makes the next step; false if its communication point is lost.
     pub fn make(&mut self, master: &mut Master) -> Result<bool> {
         let k = self.made + 1;
-        let Stepping {
-            start,
-            step,
-            jitter,
-            ..
-        } = self.stepping;
+        let Stepping { start, step, .. } = self.stepping;
         self.made = k;
         let is_last = k >= self.all();
-        match (k > self.whole, jitter) {
+        match (k > self.whole, self.stepping.jitter) {
             (true, _) => master.step_to(self.stop)?,
             (false, None) => master.step()?,
             (false, Some(_)) if is_last => master.step_to(start + k as f64 * step)?,
@@ -109,13 +99,7 @@ mod tests {
     #[test]
     fn a_stop_time_that_is_a_multiple_of_the_step_is_met() {
         let count = |stop, step| {
-            let stepping = Stepping {
-                start: 0.5,
-                step,
-                schedule: Default::default(),
-                between: Default::default(),
-                jitter: None,
-            };
+            let stepping = Stepping::new(0.5, step, Default::default());
             FixedSteps::new(stepping, stop).map(|s| (s.whole, s.has_rest))
         };
         assert_eq!(count(0.8, 0.1).unwrap(), (3, false)); // 0.8 - 0.5 = 0.30000000000000004

@@ -5,7 +5,7 @@
 use anyhow::{Result, bail, ensure};
 use fmi_description::{Access, Variability, Variable};
 
-use super::controller::{Progress, StepControl, StepController, StepLimits};
+use super::controller::{StepControl, StepController, StepLimits};
 use crate::instance::{At, Stopped};
 use crate::master::{LastStep, Master};
 use crate::structure::system::System;
@@ -36,9 +36,11 @@ pub struct StepCount {
 /// The communication steps of a run, of variable length.
 pub struct VariableSteps {
     control: StepControl,
-    controller: StepController,
-    stop: f64,
-    count: StepCount,
+    pub(super) controller: StepController,
+    /// Stop time, s.
+    pub(super) stop: f64,
+    /// Numbers and lengths of the steps so far.
+    pub(super) count: StepCount,
     /// Energy residual and turnover of each bond before the step, J.
     before: Vec<[f64; 2]>,
     /// Outputs after one whole step, for comparison with two halves.
@@ -65,33 +67,32 @@ impl VariableSteps {
             let delay = short(delay);
             bail!("a delay of {delay} s needs communication steps of one length");
         }
-        let (tolerance, limits) = match *control {
-            StepControl::Fixed | StepControl::Repeated => {
-                let limits = StepLimits {
-                    length: [step; 2],
-                    ..StepLimits::default()
-                };
-                (1.0, limits)
+        use StepControl::{Doubling, Energy, Fixed, Repeated};
+        let (tolerance, mut limits) = match *control {
+            Fixed | Repeated => (1.0, StepLimits::default()),
+            Energy {
+                tolerance: t,
+                limits,
+                ..
             }
-            StepControl::Energy {
-                tolerance, limits, ..
-            } => (tolerance, limits),
-            StepControl::Doubling {
-                tolerance,
-                mut limits,
-            } => {
-                // The error of a step grows with the square of its length.
-                (limits.proportional, limits.integral) = (0.0, 0.5);
-                (tolerance, limits)
-            }
+            | Doubling {
+                tolerance: t,
+                limits,
+            } => (t, limits),
         };
+        match control {
+            Fixed | Repeated => limits.length = [step; 2],
+            // The error of a step grows with the square of its length.
+            Doubling { .. } => (limits.proportional, limits.integral) = (0.0, 0.5),
+            Energy { .. } => {}
+        }
         ensure!(
             tolerance > 0.0 && tolerance.is_finite(),
             "tolerance {tolerance} of the communication steps must be greater than 0"
         );
-        let remembers = matches!(control, StepControl::Energy { .. });
+        let remembers = matches!(control, Energy { .. });
         let mut first = step;
-        if let StepControl::Energy { scale, .. } = *control {
+        if let Energy { scale, .. } = *control {
             // A first step that is too long would be noticed only after it.
             first = limits.length[0];
             ensure!(
@@ -129,50 +130,24 @@ impl VariableSteps {
         })
     }
 
-    /// Stop time, s.
-    pub fn stop(&self) -> f64 {
-        self.stop
-    }
-
-    /// Numbers and lengths of the steps so far.
-    pub fn count(&self) -> StepCount {
-        self.count
-    }
-
     /// Number of steps that are made, and of all if the rest are as long as the next.
     pub fn so_far(&self, master: &Master) -> (u64, u64) {
         let rest = ((self.stop - master.time()) / self.controller.state.next).ceil();
         (self.count.made, self.count.made + rest as u64)
     }
 
-    pub(super) fn progress(&self) -> Progress {
-        Progress {
-            made: self.count.made,
-            controller: self.controller.state,
-        }
-    }
-
-    pub(super) fn resume(&mut self, progress: Progress) {
-        self.controller.state = progress.controller;
-    }
-
     /// Makes a step.
     pub fn make(&mut self, master: &mut Master) -> Result<()> {
         let start = master.time();
-        let error = match self.control {
-            StepControl::Energy {
-                repeats: false,
-                tolerance,
-                scale,
-                ..
-            } => {
+        let error = match self.control.repeats() {
+            true => self.repeated(master)?,
+            false => {
                 let end = self.controller.end(start, self.stop);
                 self.step_to(master, end)?;
-                let error = self.energy_error(master, tolerance, scale);
+                let error = self.error(master);
                 self.controller.follow(end - start, error)?;
                 error
             }
-            _ => self.repeated(master)?,
         };
         let length = master.time() - start;
         self.count.made += 1;
@@ -180,7 +155,7 @@ impl VariableSteps {
             let [shortest, longest] = self.count.lengths.unwrap_or([length; 2]);
             self.count.lengths = Some([shortest.min(length), longest.max(length)]);
         }
-        master.set_last_step(LastStep { length, error });
+        master.last_step = LastStep { length, error };
         Ok(())
     }
 
@@ -227,7 +202,7 @@ impl VariableSteps {
             true => self.end_on_grid(master),
             false => self.controller.end(t, self.stop),
         };
-        let first = end - t;
+        let (first, mut last_stop) = (end - t, None);
         for _ in 0..REPEATS {
             let mut stopped = self.attempt(master, &[end])?;
             if stopped.is_none() && doubles {
@@ -238,20 +213,16 @@ impl VariableSteps {
             if let Some(stopped) = stopped {
                 master.restore(&saved)?;
                 end = shorter(t, end, &stopped);
+                last_stop = Some(stopped);
                 if end - t < LEAST_PART * first {
                     break;
                 }
                 continue;
             }
-            let (error, most) = match self.control {
-                StepControl::Fixed | StepControl::Repeated => return Ok(0.0),
-                StepControl::Energy {
-                    tolerance, scale, ..
-                } => (self.energy_error(master, tolerance, scale), TOO_LARGE),
-                StepControl::Doubling { tolerance, .. } => {
-                    (self.difference(master) / tolerance, 1.0)
-                }
-            };
+            if on_grid {
+                return Ok(0.0);
+            }
+            let (error, most) = (self.error(master), if doubles { 1.0 } else { TOO_LARGE });
             self.controller.follow(end - t, error)?;
             if error <= most || self.controller.is_shortest(end - t) {
                 return Ok(error);
@@ -261,30 +232,38 @@ impl VariableSteps {
             end = (t + 0.9 * (end - t)).min(t + self.controller.state.next);
         }
         let at = At::Time(t);
-        match on_grid {
-            true => bail!("{at} a component stopped within the step, however short"),
-            false => bail!("{at} communication steps failed, however short"),
-        }
-    }
-
-    /// Energy residuals of the last step, relative to the allowed ones.
-    fn energy_error(&self, master: &Master, tolerance: f64, scale: f64) -> f64 {
-        let bonds = master.residuals().iter().zip(&self.before);
-        let squares = bonds.map(|(residual, [energy, turnover])| {
-            let allowed = tolerance * (scale + (residual.turnover - turnover).abs());
-            ((residual.energy - energy) / allowed).powi(2)
+        let Some(Stopped { name, time }) = last_stop else {
+            bail!("{at} the error of the communication step is too large, however short it is")
+        };
+        let to = time.map_or(String::new(), |time| {
+            format!(", the last time at {} s", short(time))
         });
-        (squares.sum::<f64>() / self.before.len() as f64).sqrt()
+        bail!("{at} `{name}` stops within the communication step{to}, however short it is")
     }
 
-    /// Largest difference of outputs between a whole step and two halves, relative to nominal and
+    /// Error of the last step relative to the allowed one: of the energy residuals; or of outputs,
+    /// which is the largest difference between a whole step and two halves relative to nominal and
     /// present value.
-    fn difference(&self, master: &Master) -> f64 {
-        let values = master.exchange().values.iter().zip(&self.whole);
-        let relative = values
-            .zip(&self.nominal)
-            .map(|((value, whole), nominal)| (value - whole).abs() / (nominal + value.abs()));
-        relative.fold(0.0, f64::max)
+    fn error(&self, master: &Master) -> f64 {
+        match self.control {
+            StepControl::Fixed | StepControl::Repeated => 0.0,
+            StepControl::Energy {
+                tolerance, scale, ..
+            } => {
+                let bonds = master.residuals().iter().zip(&self.before);
+                let squares = bonds.map(|(residual, [energy, turnover])| {
+                    let allowed = tolerance * (scale + (residual.turnover - turnover).abs());
+                    ((residual.energy - energy) / allowed).powi(2)
+                });
+                (squares.sum::<f64>() / self.before.len() as f64).sqrt()
+            }
+            StepControl::Doubling { tolerance, .. } => {
+                let values = master.exchange().values.iter().zip(&self.whole);
+                let relative = values.zip(&self.nominal);
+                let relative = relative.map(|((y, whole), n)| (y - whole).abs() / (n + y.abs()));
+                relative.fold(0.0, f64::max) / tolerance
+            }
+        }
     }
 }
 

@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 
 use fmi_description::Unit;
-use system_structure::{Connector, DataType, Direction, Transformation};
+use system_structure::{Connector, DataType, Direction, MappingEntry, Transformation};
 
 use super::alarm::Alarm;
 use super::bond::PowerBond;
@@ -65,6 +65,16 @@ pub struct Hop {
     pub keeps_units: bool,
     /// Unit declared at its end.
     pub unit: Option<Unit>,
+}
+
+impl From<&MappingEntry> for Hop {
+    fn from(entry: &MappingEntry) -> Self {
+        Self {
+            transformation: entry.transformation.clone(),
+            keeps_units: entry.keeps_units,
+            unit: None,
+        }
+    }
 }
 
 /// A connection from an output to an input.

@@ -32,14 +32,6 @@ const MAX_PARTS: usize = if cfg!(test) { 10_000 } else { 5_000_000 };
 /// Most bytes of the files that a structure names, counted as often as they are named.
 const MAX_TEXT: usize = 1 << 29;
 
-/// Direction of values at a connector, seen from the system that connects it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Side {
-    Source,
-    Sink,
-    Either,
-}
-
 /// Read the text of the system structure `file`; `files` reads the files that it names.
 pub fn read(text: &str, file: &str, files: &mut Files<'_>) -> Result<Structure> {
     let read = SystemStructure::parse(text, file)?;
@@ -293,7 +285,7 @@ impl Flattening<'_> {
         wire: &Wire,
         place: &str,
     ) -> Result<Connection> {
-        let [(start, start_side), (end, end_side)] =
+        let [(start, start_gives), (end, end_gives)] =
             [find(system, &wire.start)?, find(system, &wire.end)?];
         let misused = |end: &End, connector: &Connector, used: &str| {
             let declared = connector.direction.name();
@@ -301,12 +293,12 @@ impl Flattening<'_> {
                 "connector `{end}` is declared as {declared}, but a connection uses it as {used}"
             )
         };
-        let is_turned = match (start_side, end_side) {
-            (Side::Source | Side::Either, Side::Sink | Side::Either) => false,
-            (Side::Sink | Side::Either, Side::Source | Side::Either) => true,
-            (Side::Source, Side::Source) => return Err(misused(&wire.end, end, "input")),
-            (Side::Sink, Side::Sink) => return Err(misused(&wire.start, start, "output")),
-        };
+        match (start_gives, end_gives) {
+            (Some(true), Some(true)) => return Err(misused(&wire.end, end, "input")),
+            (Some(false), Some(false)) => return Err(misused(&wire.start, start, "output")),
+            _ => {}
+        }
+        let is_turned = start_gives == Some(false) || end_gives == Some(true);
         let name = format!("connection {} -> {}", wire.start, wire.end);
         let mut ends = [(start, &wire.start), (end, &wire.end)];
         for (connector, end) in ends {
@@ -390,11 +382,12 @@ impl Flattening<'_> {
     }
 }
 
-/// The connector at one end of a connection, and the direction of values there.
+/// The connector at one end of a connection, and whether it gives values to the system, rather than
+/// takes them; None where both are possible.
 fn find<'s>(
     (system, connectors): (&'s System, &Connectors<'s>),
     end: &End,
-) -> Result<(&'s Connector, Side)> {
+) -> Result<(&'s Connector, Option<bool>)> {
     let element = end.element.as_deref();
     let Some(found) = connectors.get(&(element, &*end.connector)) else {
         let mut elements = system.elements.iter();
@@ -410,10 +403,10 @@ fn find<'s>(
             end.connector
         );
     };
-    let is_source = match found.direction {
-        Direction::Output | Direction::CalculatedParameter => element.is_some(),
-        Direction::Input | Direction::Parameter => element.is_none(),
-        Direction::Either => return Ok((found, Side::Either)),
+    let gives = match found.direction {
+        Direction::Output | Direction::CalculatedParameter => Some(element.is_some()),
+        Direction::Input | Direction::Parameter => Some(element.is_none()),
+        Direction::Either => None,
     };
-    Ok((found, if is_source { Side::Source } else { Side::Sink }))
+    Ok((found, gives))
 }

@@ -60,9 +60,8 @@ impl Layer {
     fn file(&mut self, name: &str, whole: &str, sizes: &mut Sizes) -> Result<Vec<u8>> {
         let (mut path, mut rest) = (Vec::new(), Some(name));
         while let Some(left) = rest {
-            let (part, further) = left
-                .split_once('/')
-                .map_or((left, None), |(a, b)| (a, Some(b)));
+            let split = left.split_once('/');
+            let (part, further) = split.map_or((left, None), |(a, b)| (a, Some(b)));
             match part {
                 "" | "." => {}
                 ".." if path.pop().is_none() => bail!(
@@ -269,9 +268,8 @@ impl Package {
 
     /// Whether a packed system contains the file.
     pub fn holds(&self, name: &str) -> bool {
-        self.archive
-            .as_ref()
-            .is_some_and(|layer| layer.archive.holds(name))
+        let mut archive = self.archive.iter();
+        archive.any(|layer| layer.archive.holds(name))
     }
 
     fn decode(&self, bytes: &[u8], what: &str) -> Result<String> {

@@ -5,13 +5,13 @@ use std::fmt::Debug;
 
 use anyhow::{Context, Result, bail};
 use fmi_description::Description;
-use system_structure::{MappingEntry, ParameterMapping, Transformation};
+use system_structure::{ParameterMapping, Transformation};
 
 use crate::structure::{Hop, Structure};
 
-/// Rename the connections, connectors and values, and inputs and outputs of the system, of the component with the index `component` to the
-/// names of its FMU. Connections to variables that the FMU lacks, and power bonds whose mean effort
-/// it lacks, are dropped with a remark.
+/// Rename the connections, connectors and values, and inputs and outputs of the system, of the
+/// component with the index `component` to the names of its FMU. Connections to variables that the
+/// FMU lacks, and power bonds whose mean effort it lacks, are dropped with a remark.
 pub(crate) fn rename(
     structure: &mut Structure,
     component: usize,
@@ -27,8 +27,7 @@ pub(crate) fn rename(
             && let Some(entry) = entry(&connection.end.1)
         {
             connection.end.1.clone_from(&entry.target);
-            let last = hop(entry, entry.transformation.clone());
-            connection.way.push(last);
+            connection.way.push(entry.into());
         }
         if connection.start.0 != name {
             continue;
@@ -43,8 +42,9 @@ pub(crate) fn rename(
                 ..Hop::default()
             };
             let second = Hop {
+                transformation: None,
                 unit: connection.unit.take(),
-                ..hop(entry, None)
+                ..entry.into()
             };
             connection.way.splice(0..0, [first, second]);
         }
@@ -71,16 +71,13 @@ pub(crate) fn rename(
         }
         lacking.is_none()
     });
-    let ends = structure
-        .inputs
-        .iter_mut()
-        .flat_map(|input| &mut input.ends);
-    for ((owner, variable), way) in ends {
+    let inputs = structure.inputs.iter_mut();
+    for ((owner, variable), way) in inputs.flat_map(|input| &mut input.ends) {
         if *owner == name
             && let Some(entry) = entry(variable)
         {
             variable.clone_from(&entry.target);
-            way.push(hop(entry, entry.transformation.clone()));
+            way.push(entry.into());
         }
     }
     for output in &mut structure.outputs {
@@ -104,19 +101,11 @@ pub(crate) fn rename(
     for parameter in &mut component.parameters {
         if let Some(entry) = entry(&parameter.name) {
             parameter.name.clone_from(&entry.target);
-            parameter.way.push(hop(entry, entry.transformation.clone()));
+            parameter.way.push(entry.into());
         }
     }
     structure.remarks.extend(remarks);
     Ok(())
-}
-
-fn hop(entry: &MappingEntry, transformation: Option<Transformation>) -> Hop {
-    Hop {
-        transformation,
-        keeps_units: entry.keeps_units,
-        unit: None,
-    }
 }
 
 /// The transformation from the FMU's values to those of the structure.
@@ -152,6 +141,7 @@ fn inverse(transformation: &Transformation) -> Result<Transformation> {
 #[cfg(test)]
 mod tests {
     use fmi_description::Unit;
+    use system_structure::MappingEntry;
 
     use super::*;
     use crate::structure::{Component, Connection, OuterInput, OuterOutput};

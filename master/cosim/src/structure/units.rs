@@ -12,10 +12,8 @@ use crate::wiring::transformation::unit_of;
 /// The units that the FMUs of a system and its structure define, by name; the first of a name.
 pub(crate) fn defined_units(system: &System) -> HashMap<String, Unit> {
     let mut seen = HashSet::new();
-    let fmus = system
-        .fmus
-        .iter()
-        .filter(|fmu| seen.insert(Arc::as_ptr(fmu)));
+    let fmus = system.fmus.iter();
+    let fmus = fmus.filter(|fmu| seen.insert(Arc::as_ptr(fmu)));
     let descriptions = fmus.map(|fmu| &fmu.description);
     let of_fmus = descriptions.flat_map(|d| d.variables.iter().filter_map(|v| unit_of(d, v)));
     let components = system.structure.components.iter();
@@ -23,11 +21,8 @@ pub(crate) fn defined_units(system: &System) -> HashMap<String, Unit> {
     let inputs = system.structure.inputs.iter();
     let outer = inputs.filter_map(|input| input.unit.clone());
     let mut units = HashMap::new();
-    for unit in of_fmus
-        .chain(connectors)
-        .chain(outer)
-        .filter(|unit| unit.exponents.is_some())
-    {
+    let all = of_fmus.chain(connectors).chain(outer);
+    for unit in all.filter(|unit| unit.exponents.is_some()) {
         units.entry(unit.name.clone()).or_insert(unit);
     }
     units

@@ -56,12 +56,8 @@ pub(super) fn binding_values(
             continue;
         };
         let mut parameter = (*parameter).clone();
+        parameter.way.push(Hop::from(&entry));
         parameter.name = entry.target;
-        parameter.way.push(Hop {
-            transformation: entry.transformation,
-            keeps_units: entry.keeps_units,
-            unit: None,
-        });
         mapped.push(parameter);
     }
     Ok(mapped)

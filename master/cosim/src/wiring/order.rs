@@ -178,10 +178,7 @@ impl Wiring<'_> {
             None => &self.driven[output.component][..],
         };
         let own = list.into_iter().flatten();
-        let own = own.map(move |variable| Port {
-            variable: *variable,
-            ..output
-        });
+        let own = own.map(move |variable| Port::new(output.component, *variable));
         let inputs = all.iter().copied().chain(own);
         let inputs = inputs.filter(|input| self.variable(*input).is_input());
         inputs.filter_map(|input| Some((input, self.source(input)?)))

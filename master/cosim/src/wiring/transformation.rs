@@ -2,7 +2,7 @@
 //! unit conversion, scaling and offset, mapping of values. Wires, start values and tables use them.
 
 use anyhow::{Result, bail};
-use fmi_description::{Description, Item, Kind, Unit, Variable};
+use fmi_description::{Description, Kind, Unit, Variable};
 
 use system_structure::Transformation::Items as ItemsOf;
 
@@ -231,10 +231,7 @@ fn through_names(
             found.map_or(name, |(_, target)| target.clone())
         })
     };
-    let items: &[Item] = match from.map(|v| &v.kind) {
-        Some(Kind::Enumeration(items)) => items,
-        _ => &[],
-    };
+    let items = from.map_or(&[][..], Variable::items);
     let is_item = |name: &String| items.iter().any(|item| item.name == *name);
     let mut all: Vec<&String> = first.iter().map(|(source, _)| source).collect();
     for (source, _) in lists.clone().flatten() {
@@ -277,10 +274,7 @@ fn to_numbers(
         }
         Of::Items(entries) => {
             let item = |variable: Option<&Variable>, name: &str| {
-                let items: &[Item] = match variable.map(|v| &v.kind) {
-                    Some(Kind::Enumeration(items)) => items,
-                    _ => &[],
-                };
+                let items = variable.map_or(&[][..], Variable::items);
                 if let Some(item) = items.iter().find(|item| item.name == name) {
                     return whole(item.value);
                 }

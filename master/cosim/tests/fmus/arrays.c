@@ -3,9 +3,7 @@
 
    1       k; 2: u, three numbers; 3: y, three numbers
    4       how often its directional derivatives were asked for; 5: how often u was set */
-#include <stdbool.h>
-#include <stdlib.h>
-#include <string.h>
+#include "fmu.h"
 
 enum { OK, ERROR = 3 };
 static const double G[3][3] = {{0.3, -0.7, 0.2}, {0.5, 0.1, -0.4}, {-0.2, 0.6, 0.8}};
@@ -17,26 +15,23 @@ typedef struct {
 
 static double row(const arrays *a, int i, const double u[3]) { return a->k * (G[i][0] * u[0] + G[i][1] * u[1] + G[i][2] * u[2]); }
 
-void *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *resources, bool visible, bool logging, bool event_mode,
-                                  bool early, const unsigned *required, size_t n, void *environment, void *log, void *update) {
+FMI3_INSTANTIATE {
     arrays *a = calloc(1, sizeof *a);
     a->k = 1;
     return a;
 }
-void fmi3FreeInstance(void *c) { free(c); }
-int fmi3EnterInitializationMode(void *c, bool with_tolerance, double tolerance, double start, bool with_stop, double stop) {
+FMI3_END
+FMI3_ENTER {
     ((arrays *)c)->time = start;
     return OK;
 }
 int fmi3ExitInitializationMode(void *c) { return OK; }
-int fmi3EnterEventMode(void *c) { return OK; }
-int fmi3EnterStepMode(void *c) { return OK; }
-int fmi3Terminate(void *c) { return OK; }
-int fmi3UpdateDiscreteStates(void *c, bool *again, bool *ends, bool *nominals, bool *values, bool *has_next, double *next) {
+FMI3_EVENTS
+FMI3_UPDATE {
     *again = *ends = *nominals = *values = *has_next = false;
     return OK;
 }
-int fmi3DoStep(void *c, double t, double h, bool no_state, bool *event, bool *ends, bool *early, double *last) {
+FMI3_STEP {
     *event = *ends = *early = false;
     ((arrays *)c)->time = *last = t + h;
     return OK;

@@ -9,15 +9,11 @@
    23      number of calls of fmi3DoStep
    30, 31  Int64 in and out; 32, 33: UInt64; 34, 35: Int32; 40, 41: String; 42, 43: Binary; 50 to 52: a temperature; 60, 61: two numbers in and out */
 #include <math.h>
-#include <stdbool.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
-typedef void (*logger)(void *, int, const char *, const char *);
+#include "fmu.h"
+
 typedef struct {
-    logger log;
+    logger3 log;
     void *environment;
     enum { INITIALIZATION, EVENT, STEP } mode;
     bool active[3], was_set, returns_early, is_late, level_changed, told;
@@ -38,8 +34,7 @@ static int refuse(events *e, const char *why) {
     return 3;
 }
 
-void *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *resources, bool visible, bool logging, bool event_mode,
-                                  bool early, const unsigned *required, size_t n, void *environment, logger log, void *update) {
+FMI3_INSTANTIATE {
     events *e = calloc(1, sizeof *e);
     e->log = log, e->environment = environment;
     e->returns_early = early;
@@ -49,8 +44,8 @@ void *fmi3InstantiateCoSimulation(const char *name, const char *token, const cha
     free(e);
     return NULL;
 }
-void fmi3FreeInstance(void *c) { free(c); }
-int fmi3EnterInitializationMode(void *c, bool with_tolerance, double tolerance, double start, bool with_stop, double stop) {
+FMI3_END
+FMI3_ENTER {
     ((events *)c)->start = ((events *)c)->time = start;
     return 0;
 }
@@ -58,7 +53,6 @@ int fmi3ExitInitializationMode(void *c) {
     ((events *)c)->mode = EVENT;
     return 0;
 }
-int fmi3Terminate(void *c) { return 0; }
 int fmi3GetFMUState(void *c, void **state) {
     if (!*state) *state = malloc(sizeof(events));
     memcpy(*state, c, sizeof(events));
@@ -103,7 +97,7 @@ int fmi3GetShiftDecimal(void *c, const unsigned *vr, size_t n, double *shift) {
     *shift = ((events *)c)->shift;
     return 0;
 }
-int fmi3UpdateDiscreteStates(void *c, bool *again, bool *ends, bool *nominals, bool *values, bool *has_next, double *next) {
+FMI3_UPDATE {
     events *e = c;
     if (e->mode != EVENT) return refuse(e, "an update outside of Event Mode");
     *again = *ends = *nominals = *values = *has_next = false;
@@ -118,7 +112,7 @@ int fmi3UpdateDiscreteStates(void *c, bool *again, bool *ends, bool *nominals, b
     }
     return 0;
 }
-int fmi3DoStep(void *c, double t, double h, bool no_state, bool *event, bool *ends, bool *early, double *last) {
+FMI3_STEP {
     events *e = c;
     double end = t + h;
     if (e->mode != STEP) return refuse(e, "a step outside of Step Mode");

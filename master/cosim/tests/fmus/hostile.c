@@ -5,23 +5,14 @@
 #include <locale.h>
 #include <pthread.h>
 #include <signal.h>
-#include <stddef.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
-typedef void (*logger)(void *, const char *, int, const char *, const char *, ...);
-typedef void (*logger_3)(void *, int, const char *, const char *);
-typedef struct {
-    logger log;
-    void *allocate, *release, *finished, *environment;
-} callbacks;
+#include "fmu.h"
+
 typedef struct {
     double steps, u;
     callbacks with;
-    logger_3 log_3;
+    logger3 log_3;
 } hostile;
 
 static const double FROM = 0.25;
@@ -129,7 +120,7 @@ static void act(const char *where, hostile *h) {
         say(h, large);
     }
     IF(forms) {
-        logger l = h->with.log;
+        logger2 l = h->with.log;
         void *e = h->with.environment;
         l(e, "h", 1, "c", "t = %g, n = %d, s = %s, fmi2%s", 1.5, 42, "text", "True");
         l(e, "h", 1, "c", "%lld %lu %zu %5.2f|%-4s|%*d %.3s %c %% %x", 1LL << 40, 7ul, (size_t)9, 3.14159, "ab", 5, 7, "abcdef", 'Z', 255);
@@ -152,7 +143,7 @@ static void act(const char *where, hostile *h) {
 __attribute__((constructor)) static void loaded(void) { act("load", NULL); }
 __attribute__((destructor)) static void unloaded(void) { act("unload", NULL); }
 
-static hostile *made(callbacks with, logger_3 log_3) {
+static hostile *made(callbacks with, logger3 log_3) {
     hostile *h = calloc(1, sizeof *h);
     h->with = with;
     h->log_3 = log_3;
@@ -187,12 +178,11 @@ static size_t size(void) {
     return bytes ? strtoull(bytes, NULL, 10) : 8;
 }
 
-void *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources, const callbacks *functions, int visible,
-                      int logging) {
+FMI2_INSTANTIATE {
     return made(*functions, NULL);
 }
 void fmi2FreeInstance(void *c) { freed(c); }
-int fmi2SetupExperiment(void *c, int has_tolerance, double tolerance, double start, int has_stop, double stop) { return 0; }
+FMI2_SETUP { return 0; }
 int fmi2EnterInitializationMode(void *c) { return at("enter", c); }
 int fmi2ExitInitializationMode(void *c) { return at("exit", c); }
 int fmi2Terminate(void *c) { return at("terminate", c); }
@@ -204,22 +194,21 @@ int fmi2FreeFMUstate(void *c, void **state) { return free(*state), *state = NULL
 int fmi2SerializedFMUstateSize(void *c, void *state, size_t *n) { return *n = size(), 0; }
 int fmi2SerializeFMUstate(void *c, void *state, char *bytes, size_t n) { return memset(bytes, 0, n), 0; }
 
-void *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *resources, _Bool visible, _Bool logging, _Bool events,
-                                  _Bool early, const unsigned *vr, size_t n, void *environment, logger_3 log, void *update) {
+FMI3_INSTANTIATE {
     callbacks with = {.environment = environment};
     return made(with, log);
 }
 void fmi3FreeInstance(void *c) { freed(c); }
-int fmi3EnterInitializationMode(void *c, _Bool has_tolerance, double tolerance, double start, _Bool has_stop, double stop) {
+FMI3_ENTER {
     return at("enter", c);
 }
 int fmi3ExitInitializationMode(void *c) { return at("exit", c); }
 int fmi3Terminate(void *c) { return at("terminate", c); }
 int fmi3GetFloat64(void *c, const unsigned *vr, size_t n, double *value, size_t m) { return get(c, vr, n, value); }
 int fmi3SetFloat64(void *c, const unsigned *vr, size_t n, const double *value, size_t m) { return set(c, value, m); }
-int fmi3DoStep(void *c, double t, double h, _Bool no_state, _Bool *event, _Bool *ends, _Bool *early, double *time) {
+FMI3_STEP {
     *event = *ends = *early = 0;
-    *time = t + h;
+    *last = t + h;
     return step(c, t);
 }
 /* Bytes of which only a few are there. */

@@ -103,7 +103,10 @@ impl Model for Mass {
             return Err(ModelError::new("`fails_at` is reached"));
         }
         let rest = p.pauses_at - t;
-        let reached = Some(rest).filter(|rest| *rest > 1e-9 && *rest < h - 1e-9);
+        let reached = match p.pauses_at {
+            0.0 => Some(0.5 * h),
+            _ => Some(rest).filter(|rest| *rest > 1e-9 && *rest < h - 1e-9),
+        };
         let h = reached.unwrap_or(h);
         let (a, jerk) = (u.value().f / p.m, u.derivative(1).f / p.m);
         self.x += h * (self.x_dot + h * (a / 2.0 + h * jerk / 6.0));

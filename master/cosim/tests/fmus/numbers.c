@@ -5,9 +5,8 @@
    5       ahead: 1: the next event is always announced one ulp ahead, 2: steps return early by one ulp, 3: events that never end
    10, 11  three numbers in and out, of which the second is y; 12, 13: Float32 in and out; 14: q = u, at once; 15: 1/u, at once */
 #include <math.h>
-#include <stdbool.h>
-#include <stdlib.h>
-#include <string.h>
+
+#include "fmu.h"
 
 typedef struct {
     double time, u, at, kind, given, ahead, v[3];
@@ -45,17 +44,15 @@ static int set(numbers *n, const unsigned *vr, size_t count, const double *value
     return 0;
 }
 
-void *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources, const void *functions, int visible, int logging) {
+FMI2_INSTANTIATE {
     return made();
 }
-void fmi2FreeInstance(void *c) { free(c); }
-int fmi2SetupExperiment(void *c, int has_tolerance, double tolerance, double start, int has_stop, double stop) {
+FMI2_END
+FMI2_SETUP {
     ((numbers *)c)->time = start;
     return 0;
 }
-int fmi2EnterInitializationMode(void *c) { return 0; }
-int fmi2ExitInitializationMode(void *c) { return 0; }
-int fmi2Terminate(void *c) { return 0; }
+FMI2_MODES
 int fmi2GetReal(void *c, const unsigned *vr, size_t n, double *values) { return get(c, vr, n, values); }
 int fmi2SetReal(void *c, const unsigned *vr, size_t n, const double *values) { return set(c, vr, n, values); }
 int fmi2DoStep(void *c, double t, double h, int no_state) {
@@ -83,20 +80,17 @@ int fmi2FreeFMUstate(void *c, void **state) {
     return 0;
 }
 
-void *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *resources, bool visible, bool logging, bool event_mode,
-                                  bool early, const unsigned *required, size_t n, void *environment, void *log, void *update) {
+FMI3_INSTANTIATE {
     return made();
 }
-void fmi3FreeInstance(void *c) { free(c); }
-int fmi3EnterInitializationMode(void *c, bool with_tolerance, double tolerance, double start, bool with_stop, double stop) {
+FMI3_END
+FMI3_ENTER {
     ((numbers *)c)->time = start;
     return 0;
 }
 int fmi3ExitInitializationMode(void *c) { return 0; }
-int fmi3EnterEventMode(void *c) { return 0; }
-int fmi3EnterStepMode(void *c) { return 0; }
-int fmi3Terminate(void *c) { return 0; }
-int fmi3UpdateDiscreteStates(void *c, bool *again, bool *ends, bool *nominals, bool *values, bool *has_next, double *next) {
+FMI3_EVENTS
+FMI3_UPDATE {
     const numbers *n = c;
     *ends = *nominals = *values = false;
     *again = n->ahead == 3 && n->time >= n->at - 1e-9;
@@ -104,7 +98,7 @@ int fmi3UpdateDiscreteStates(void *c, bool *again, bool *ends, bool *nominals, b
     *next = nextafter(n->time, INFINITY);
     return 0;
 }
-int fmi3DoStep(void *c, double t, double h, bool no_state, bool *event, bool *ends, bool *early, double *last) {
+FMI3_STEP {
     numbers *n = c;
     *event = *ends = false;
     *early = n->ahead == 2 && t >= n->at - 1e-9;

@@ -1,18 +1,12 @@
 /* An FMU of FMI 2.0 as it is written by hand: y = 2 u, at once; it has no functions but those that it needs, prints to stdout, and hands its
    logger another environment than it was given. With -DNEEDS_HELPER it calls a function of another library, which lies beside it;
    with -DPENDING its steps go on in the background. */
-#include <stdio.h>
-#include <stdlib.h>
+#include "fmu.h"
 
-typedef void (*logger)(void *, const char *, int, const char *, const char *, ...);
-typedef struct {
-    logger log;
-    void *allocate, *release, *finished, *environment;
-} callbacks;
 typedef struct {
     double u;
     double last;
-    logger log;
+    logger2 log;
 } plain;
 
 #ifdef NEEDS_HELPER
@@ -21,8 +15,7 @@ double helper(double u);
 static double helper(double u) { return 2 * u; }
 #endif
 
-void *fmi2Instantiate(const char *name, int type, const char *guid, const char *resources, const callbacks *functions, int visible,
-                      int logging) {
+FMI2_INSTANTIATE {
     plain *p = calloc(1, sizeof *p);
     printf("plain: licensed to nobody\n");
     fflush(stdout);
@@ -31,12 +24,11 @@ void *fmi2Instantiate(const char *name, int type, const char *guid, const char *
 }
 void fmi2FreeInstance(void *c) { free(c); }
 /* FMUs of 20-sim forget here what was set before. */
-int fmi2SetupExperiment(void *c, int has_tolerance, double tolerance, double start, int has_stop, double stop) {
+FMI2_SETUP {
     ((plain *)c)->u = 0;
     return 0;
 }
-int fmi2EnterInitializationMode(void *c) { return 0; }
-int fmi2ExitInitializationMode(void *c) { return 0; }
+FMI2_MODES
 int fmi2Terminate(void *c) {
     printf("plain: farewell\n");
     return 0;

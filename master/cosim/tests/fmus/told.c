@@ -2,18 +2,9 @@
    defined), 3 loggingOn, 4 number of steps, 5 length of the last step, 6 where it ended; from 8 on they keep what they are set to. It refuses a
    step beyond the stop time, and logs each step, with the status OK. With -DSILENT it does not. With
    -DREFUSED no instance can be made; why is said only with loggingOn. */
-#include <stdbool.h>
-#include <stdint.h>
-#include <stdio.h>
-#include <stdlib.h>
+#include "fmu.h"
 
 #define COUNT 40
-typedef void (*logger2)(void *, const char *, int, const char *, const char *, ...);
-typedef void (*logger3)(void *, int, const char *, const char *);
-typedef struct {
-    logger2 log;
-    void *allocate, *release, *finished, *environment;
-} callbacks;
 typedef struct {
     double r[COUNT];
     void *log, *environment;
@@ -65,20 +56,18 @@ static int set(told *c, const unsigned *vr, size_t n, const double *x) {
 }
 
 #ifdef FMI3
-void *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *path, bool visible, bool logging, bool events, bool early,
-                                  const unsigned *required, size_t n, void *environment, logger3 log, void *update) {
+FMI3_INSTANTIATE {
     return make((void *)log, environment, logging);
 }
-void fmi3FreeInstance(void *c) { free(c); }
+FMI3_END
 int fmi3SetDebugLogging(void *c, bool on, size_t n, const char *const *names) {
     ((told *)c)->r[3] = on;
     return 0;
 }
-int fmi3EnterInitializationMode(void *c, bool has_tolerance, double tolerance, double start, bool has_stop, double stop) {
+FMI3_ENTER {
     return begin(c, has_tolerance, tolerance, start, has_stop, stop);
 }
 int fmi3ExitInitializationMode(void *c) { return 0; }
-int fmi3Terminate(void *c) { return 0; }
 int fmi3GetFloat64(void *c, const unsigned *vr, size_t n, double *x, size_t m) {
     if (n == 1 && m > 1) { /* an array: as many values from its reference on */
         for (size_t k = 0; k < m; k++) x[k] = ((told *)c)->r[vr[0] + k];
@@ -93,26 +82,24 @@ int fmi3SetFloat64(void *c, const unsigned *vr, size_t n, const double *x, size_
     }
     return set(c, vr, n, x);
 }
-int fmi3DoStep(void *c, double t, double h, bool no_state, bool *event, bool *ends, bool *early, double *last) {
+FMI3_STEP {
     *event = *ends = *early = false;
     *last = t + h;
     return step(c, t, h);
 }
 #else
-void *fmi2Instantiate(const char *name, int type, const char *guid, const char *path, const callbacks *f, int visible, int logging) {
-    return make((void *)f->log, f->environment, logging);
+FMI2_INSTANTIATE {
+    return make((void *)functions->log, functions->environment, logging);
 }
-void fmi2FreeInstance(void *c) { free(c); }
+FMI2_END
 int fmi2SetDebugLogging(void *c, int on, size_t n, const char *const *names) {
     ((told *)c)->r[3] = on;
     return 0;
 }
-int fmi2SetupExperiment(void *c, int has_tolerance, double tolerance, double start, int has_stop, double stop) {
+FMI2_SETUP {
     return begin(c, has_tolerance, tolerance, start, has_stop, stop);
 }
-int fmi2EnterInitializationMode(void *c) { return 0; }
-int fmi2ExitInitializationMode(void *c) { return 0; }
-int fmi2Terminate(void *c) { return 0; }
+FMI2_MODES
 int fmi2GetReal(void *c, const unsigned *vr, size_t n, double *x) { return get(c, vr, n, x); }
 int fmi2SetReal(void *c, const unsigned *vr, size_t n, const double *x) { return set(c, vr, n, x); }
 int fmi2DoStep(void *c, double t, double h, int no_state) { return step(c, t, h); }

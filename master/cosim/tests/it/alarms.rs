@@ -1,7 +1,6 @@
 //! Alarms that a structure declares make the verdict bad from the first communication point on at
 //! which they hold. The oracle is the recorded variable.
 
-use cosim::exchange::faults::Faults;
 use cosim::master::{Master, Schedule};
 use cosim::run::observer::Function;
 use cosim::run::simulate::{Outcome, Plan, run, run_plan};
@@ -146,16 +145,7 @@ fn a_resumed_run_knows_what_held_before() {
     let file = scratch("alarms_resumed/snapshot");
     let mut nothing = Function(|_: &Master| Ok(()));
     let mut made = |plan: Plan| run_plan(&system, started(), &plan, &|_, _| (), &mut nothing);
-    let experiment = Experiment {
-        stepping: stepping(0.01, Schedule::GaussSeidel),
-        threads: 1,
-        stop: None,
-        tolerance: None,
-        settings: Vec::new(),
-        faults: Faults::default(),
-        inputs: None,
-        nonfinite: Vec::new(),
-    };
+    let experiment = Experiment::new(stepping(0.01, Schedule::GaussSeidel));
     let key = Plan::to(0.7).key(&system, &experiment);
     let saving = Plan {
         snapshots: vec![(0.7, file.clone())],

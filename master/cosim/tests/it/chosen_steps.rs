@@ -13,7 +13,9 @@ use cosim::structure::system::System;
 
 use fmi_description::Version;
 
-use super::support::{edited, edited_of, oscillator, scratch, settings, stepping, system};
+use super::support::{
+    assert_contains, edited, edited_of, oscillator, scratch, settings, stepping, system,
+};
 
 const LIMITS: StepLimits = StepLimits {
     length: [1e-5, 5e-2],
@@ -123,14 +125,8 @@ fn what_cannot_be_had_is_refused_by_name() {
     let mut faults = Faults::default();
     faults.add(&system, "mass.f=delay:0.01").unwrap();
     let experiment = Experiment {
-        tolerance: None,
-        threads: 1,
-        stepping: stepping(1e-3, Schedule::Jacobi),
-        stop: None,
-        settings: Vec::new(),
         faults,
-        inputs: None,
-        nonfinite: Vec::new(),
+        ..Experiment::new(stepping(1e-3, Schedule::Jacobi))
     };
     let delayed = experiment.start(&system).unwrap();
     assert!(refused(delayed, by_doubling(1e-3)).contains("a delay of 0.01 s"));
@@ -177,14 +173,9 @@ fn a_resumed_run_has_the_same_bits() {
             faults.add(&system, text).unwrap();
         }
         Experiment {
-            tolerance: None,
-            threads: 1,
-            stepping: stepping(0.01, schedule),
-            stop: None,
             settings: settings(&system, &["spring.k=23", "spring.d=0.1"]).unwrap(),
             faults,
-            inputs: None,
-            nonfinite: Vec::new(),
+            ..Experiment::new(stepping(0.01, schedule))
         }
     };
     let file = scratch("resumed.snapshot");
@@ -221,16 +212,7 @@ fn a_resumed_run_has_the_same_bits() {
 fn a_foreign_snapshot_is_refused() {
     let system = system("foreign_snapshot", &oscillator()).unwrap();
     let file = scratch("foreign.snapshot");
-    let experiment = |step| Experiment {
-        threads: 1,
-        stepping: stepping(step, Schedule::Jacobi),
-        stop: None,
-        tolerance: None,
-        settings: Vec::new(),
-        faults: Faults::default(),
-        inputs: None,
-        nonfinite: Vec::new(),
-    };
+    let experiment = |step| Experiment::new(stepping(step, Schedule::Jacobi));
     let run = |step, plan: Plan| {
         let experiment = experiment(step);
         let key = Some(plan.key(&system, &experiment));
@@ -313,6 +295,13 @@ fn repeated_to_where_one_stops(version: Version) {
         let (_, all) = rows(&system, pauses(), &plan(control)).unwrap();
         assert!(all.iter().any(|(time, _)| *time == 1.2345));
     }
+    // A component that never makes a whole step.
+    let never = start(&["mass.pauses_at=0"]);
+    let error = rows(&system, never, &plan(StepControl::Repeated)).unwrap_err();
+    assert_contains(
+        &format!("{error:#}"),
+        &["at t = 0.5 s `mass` stops within the communication step, the last time at 0.5"],
+    );
     if version == Version::Fmi3 {
         // Otherwise such a step is continued.
         return rows(&system, pauses(), &Plan::to(2.5)).map(drop).unwrap();

@@ -32,14 +32,9 @@ fn faults(system: &System, texts: &[&str], seed: u64) -> anyhow::Result<Faults> 
 
 fn experiment(system: &System, step: f64, schedule: Schedule, faults: Faults) -> Experiment {
     Experiment {
-        tolerance: None,
-        threads: 1,
-        stepping: stepping(step, schedule),
-        stop: None,
         settings: settings(system, &["spring.k=1"]).unwrap(),
         faults,
-        inputs: None,
-        nonfinite: Vec::new(),
+        ..Experiment::new(stepping(step, schedule))
     }
 }
 

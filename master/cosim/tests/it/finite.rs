@@ -6,7 +6,6 @@ use std::path::PathBuf;
 use std::process::Command;
 
 use cosim::Experiment;
-use cosim::exchange::faults::Faults;
 use cosim::master::{Master, Schedule, Stepping};
 use cosim::run::signals::{Inputs, matching_real};
 use cosim::run::simulate::{self, Plan};
@@ -103,14 +102,9 @@ fn system(test: &str, version: Version, connections: &[&str]) -> System {
 /// From 0.5 s on.
 fn experiment(system: &System, start: &[&str], schedule: Schedule) -> Experiment {
     Experiment {
-        stepping: stepping(H, schedule),
-        threads: 1,
         stop: Some(1.5),
-        tolerance: None,
         settings: settings(system, start).unwrap(),
-        faults: Faults::default(),
-        inputs: None,
-        nonfinite: Vec::new(),
+        ..Experiment::new(stepping(H, schedule))
     }
 }
 

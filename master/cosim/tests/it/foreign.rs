@@ -58,17 +58,9 @@ fn plain(name: &str, libraries: &[&Path]) -> System {
 fn run_args() -> RunArgs {
     RunArgs {
         step: Some(0.1),
-        start_time: None,
-        tolerance: None,
         stop_time: Some(1.0),
-        schedule: Schedule::GaussSeidel,
-        input_derivatives: false,
-        threads: None,
-        between: Default::default(),
         settings: vec!["plain.u=21".into()],
-        allow_nonfinite: Vec::new(),
-        strict: false,
-        check: false,
+        ..RunArgs::default()
     }
 }
 

@@ -7,6 +7,7 @@ use cosim::cli::CsvArgs;
 use cosim::io::input_table::{Column, Table};
 use cosim::io::numbers::number;
 use cosim::master::Schedule;
+use cosim::run::observer::Observer;
 use cosim::run::recording::Recording;
 use cosim::run::simulate::{self, Experiment};
 use cosim::structure::system::System;
@@ -24,14 +25,10 @@ pub fn spring(name: &str) -> System {
 
 fn experiment(system: &System, table: Option<Table>) -> Experiment {
     Experiment {
-        tolerance: None,
-        threads: 1,
-        stepping: stepping(0.25, Schedule::Jacobi),
         stop: Some(1.5),
         settings: settings(system, &["spring.k=2"]).unwrap(),
-        faults: cosim::exchange::faults::Faults::default(),
         inputs: table.map(Arc::new),
-        nonfinite: Vec::new(),
+        ..Experiment::new(stepping(0.25, Schedule::Jacobi))
     }
 }
 
@@ -171,7 +168,10 @@ fn what_a_run_writes_another_one_reads() {
         .unwrap()
         .unwrap();
     let master = first.start(&whole).unwrap();
-    simulate::run(&whole, master, 1.5, &|_, _| (), |master| log.add(master)).unwrap();
+    simulate::run(&whole, master, 1.5, &|_, _| (), |master| {
+        log.observe(master)
+    })
+    .unwrap();
     log.finish().unwrap();
     let alone = spring("reads");
     let chosen = [

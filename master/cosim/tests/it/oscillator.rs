@@ -2,6 +2,7 @@
 
 use cosim::io::csv::Log;
 use cosim::master::{Master, Schedule};
+use cosim::run::observer::Observer;
 use cosim::run::signals::matching;
 use cosim::run::simulate::{self, Experiment};
 use cosim::structure::system::{Setting, System};
@@ -202,14 +203,9 @@ fn the_standard_schedule_passes_what_was_read_before_anything_was_set() {
 
 fn experiment(system: &System, step: f64, stop: Option<f64>) -> Experiment {
     Experiment {
-        tolerance: None,
-        threads: 1,
-        faults: cosim::exchange::faults::Faults::default(),
-        inputs: None,
-        stepping: stepping(step, Schedule::Jacobi),
         stop,
         settings: parameters(system, 0.0),
-        nonfinite: Vec::new(),
+        ..Experiment::new(stepping(step, Schedule::Jacobi))
     }
 }
 
@@ -220,7 +216,7 @@ fn logged(system: &System, name: &str, experiment: &Experiment) -> (String, Stri
     let mut log = Log::create(&path, system, &ports, None, experiment.stepping, false).unwrap();
     let (master, stop) = (experiment.start(system), experiment.stop(system));
     let outcome = simulate::run(system, master.unwrap(), stop.unwrap(), &|_, _| (), |m| {
-        log.add(m)
+        log.observe(m)
     });
     log.finish().unwrap();
     let text = |path| std::fs::read_to_string(path).unwrap();

@@ -28,17 +28,14 @@ fn experiment(system: &System) -> Experiment {
         values: vec![0.0, last],
     };
     Experiment {
-        stepping: stepping(0.01, Schedule::Jacobi),
-        threads: 1,
         stop: Some(2.0),
-        tolerance: None,
-        nonfinite: Vec::new(),
         settings: settings(system, &["spring.k=2", "spring.d=0.1"]).unwrap(),
         faults,
         inputs: Some(Arc::new(Table {
             times: vec![0.0, 1.0],
             columns: vec![column("spring.x_ddot", 1.0), column("spring.stage", 2.0)],
         })),
+        ..Experiment::new(stepping(0.01, Schedule::Jacobi))
     }
 }
 

@@ -34,17 +34,13 @@ fn started(system: &System, schedule: Schedule) -> Master {
         values: vec![0.0, 1.0],
     };
     let experiment = Experiment {
-        tolerance: None,
-        threads: 1,
-        stepping: stepping(0.01, schedule),
-        stop: None,
         settings: settings(system, &["spring.k=23", "spring.m=0.1", "mass.x_start=0.3"]).unwrap(),
         faults,
         inputs: Some(Arc::new(Table {
             times: vec![0.5, 1.5],
             columns: vec![rising],
         })),
-        nonfinite: Vec::new(),
+        ..Experiment::new(stepping(0.01, schedule))
     };
     experiment.start(system).unwrap()
 }

@@ -239,13 +239,7 @@ pub fn settings(system: &System, texts: &[&str]) -> anyhow::Result<Vec<Setting>>
 }
 
 pub fn stepping(step: f64, schedule: Schedule) -> Stepping {
-    Stepping {
-        start: 0.5,
-        step,
-        schedule,
-        between: Default::default(),
-        jitter: None,
-    }
+    Stepping::new(0.5, step, schedule)
 }
 
 /// A text, such as that of an error, has these parts.

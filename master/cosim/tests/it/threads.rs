@@ -2,7 +2,6 @@
 
 use std::fs;
 
-use cosim::exchange::faults::Faults;
 use cosim::master::{Master, Schedule};
 use cosim::run::simulate::{self, Experiment};
 use cosim::structure::system::{Setting, System};
@@ -45,14 +44,9 @@ fn bits(system: &System, experiment: &Experiment, steps: usize) -> Vec<u64> {
 
 fn experiment(system: &System, schedule: Schedule, threads: usize) -> Experiment {
     Experiment {
-        tolerance: None,
-        stepping: stepping(1e-3, schedule),
         threads,
-        stop: None,
         settings: parameters(system),
-        faults: Faults::default(),
-        inputs: None,
-        nonfinite: Vec::new(),
+        ..Experiment::new(stepping(1e-3, schedule))
     }
 }
 

@@ -5,6 +5,7 @@ use std::fs;
 
 use cosim::io::csv::Log;
 use cosim::master::{Master, Schedule};
+use cosim::run::observer::Observer;
 use cosim::run::signals::matching_any;
 
 use super::events::{
@@ -88,7 +89,7 @@ fn whole_values_pass_through_wires_and_into_files() {
         let path = scratch("whole.csv");
         let mut log = Log::create(&path, &system, &ports, None, master.stepping(), false).unwrap();
         run(&mut master, 2).unwrap();
-        log.add(&master).unwrap();
+        log.observe(&master).unwrap();
         log.finish().unwrap();
         let text = fs::read_to_string(path).unwrap();
         assert_eq!(

@@ -98,7 +98,7 @@ impl<'a> Evaluator<'a> {
                     let row: Vec<f64> = columns.iter().map(|column| column[k]).collect();
                     self.limits.add(*t, &row);
                 }
-                verdict.extend(self.limits.verdict());
+                verdict.extend(self.limits.verdict(|_| false));
             }
             Err(missing) => left_out.push(("limits and ratings", missing)),
         }

@@ -184,8 +184,9 @@ impl LimitWatch {
         self.swings.add(t, forces, &values[self.reference.clone()]);
     }
 
-    /// The findings so far.
-    pub fn verdict(&self) -> Verdict {
+    /// The findings so far, without that the supervisor stopped the machine where an alarm on its
+    /// stage `is_told`.
+    pub fn verdict(&self, is_told: impl Fn(Port) -> bool) -> Verdict {
         let mut verdict = Verdict::default();
         if self.limits.is_empty() {
             verdict.note(
@@ -193,7 +194,10 @@ impl LimitWatch {
             );
         }
         for limit in &self.limits {
-            limit.judge(self.samples, &mut verdict);
+            let is_stop = limit.meaning == Supervision && limit.worst >= STOPS;
+            if !(is_stop && is_told(self.ports[limit.signals.start])) {
+                limit.judge(self.samples, &mut verdict);
+            }
         }
         let names = self.rods.iter().map(|(name, _)| name);
         self.swings.judge(names, &mut verdict);
@@ -321,6 +325,24 @@ pub fn check_reference(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A stop that an alarm tells is told once; what it did before stays.
+    #[test]
+    fn a_stop_is_told_once() {
+        let port = Port::new(0, 0);
+        for (stage, is_told, count) in [(5.0, true, 0), (5.0, false, 1), (4.0, true, 1)] {
+            let limit = Limit::new("supervisor".into(), "", Supervision, ACTS);
+            let (ports, limits) = (vec![port], vec![limit]);
+            let mut watch = LimitWatch {
+                ports,
+                limits,
+                ..LimitWatch::default()
+            };
+            watch.limits[0].add(1.0, &[stage]);
+            let verdict = watch.verdict(|_| is_told);
+            assert_eq!(verdict.findings().len(), count, "{stage}: {verdict}");
+        }
+    }
 
     fn judged(meaning: Meaning, values: &[f64]) -> Verdict {
         let mut limit = Limit::new("x".into(), "N", meaning, 2.0);

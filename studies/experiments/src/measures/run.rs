@@ -176,7 +176,8 @@ pub fn run(
     });
     let observers = &mut Observers(vec![own, observer]);
     let done = run_plan(system, master, &Plan::to(stop), progress, observers);
-    limits.extend(watch.verdict());
+    // A run that failed tells no alarm.
+    limits.extend(watch.verdict(|port| done.is_ok() && system.has_alarm(port)));
     match done {
         Ok(run) => Ok(Outcome { run, tip, limits }),
         Err(error) if limits.is_bad() && !error.is::<Interrupted>() => {

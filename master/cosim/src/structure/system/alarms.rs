@@ -6,8 +6,14 @@ use fmi_description::Access;
 use super::System;
 use crate::io::numbers;
 use crate::structure::arrays;
+use crate::wiring::Port;
 
 impl System {
+    /// Whether the structure declares an alarm on a variable.
+    pub fn has_alarm(&self, port: Port) -> bool {
+        self.alarms.iter().any(|(own, ..)| *own == port)
+    }
+
     /// Finds the variables of the alarms. One on a variable that an FMU lacks is refused, but left
     /// out with a remark for components whose FMU is `given` instead of the structure's.
     pub(super) fn find_alarms(&mut self, given: impl Fn(&str) -> bool) -> Result<()> {

@@ -32,9 +32,7 @@ impl<'a> Names<'a> {
             system,
             components: components.map(|(k, c)| (c.name.as_str(), k)).collect(),
             inputs: inputs.map(|input| (input.name.as_str(), input)).collect(),
-            outputs: outputs
-                .map(|output| (output.name.as_str(), output))
-                .collect(),
+            outputs: outputs.map(|o| (o.name.as_str(), o)).collect(),
         }
     }
 
@@ -93,10 +91,7 @@ impl System {
     fn known_ports(&self, name: &str) -> Option<Vec<Port>> {
         let port = |component: usize, name: &str| {
             let variable = self.fmus[component].description.index(name)?;
-            Some(Port {
-                component,
-                variable,
-            })
+            Some(Port::new(component, variable))
         };
         if let [(k, variable)] = self.owners(name, |k, name| port(k, name).is_some())[..]
             && let Some(port) = port(k, variable)
@@ -170,13 +165,10 @@ impl System {
     }
 
     /// All variables, component by component.
-    pub(crate) fn all_ports(&self) -> impl Iterator<Item = Port> {
+    pub fn all_ports(&self) -> impl Iterator<Item = Port> {
         let all = self.fmus.iter().map(|fmu| fmu.description.variables.len());
         all.enumerate().flat_map(|(component, count)| {
-            (0..count).map(move |variable| Port {
-                component,
-                variable,
-            })
+            (0..count).map(move |variable| Port::new(component, variable))
         })
     }
 
@@ -188,17 +180,16 @@ impl System {
             let name = format!("{}.{variable}", self.structure.components[component].name);
             format!("`{name}`{}", self.nearest(&name))
         })?;
-        Ok(Port {
+        Ok(Port::new(
             component,
-            variable: description.index(variable).unwrap_or_default(),
-        })
+            description.index(variable).unwrap_or_default(),
+        ))
     }
 
     /// The elements 1 to `count` of the array `array` of the component with this index.
     pub fn elements(&self, component: usize, array: &str, count: usize) -> Result<Vec<Port>> {
-        (1..=count)
-            .map(|k| self.port_of(component, &format!("{array}[{k}]")))
-            .collect()
+        let element = |k| self.port_of(component, &format!("{array}[{k}]"));
+        (1..=count).map(element).collect()
     }
 
     /// A variable in the model description.
