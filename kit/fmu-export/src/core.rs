@@ -32,6 +32,7 @@ pub(crate) mod message;
 pub(crate) mod model;
 pub(crate) mod model_exchange;
 pub(crate) mod number_access;
+pub(crate) mod packed_file;
 pub(crate) mod panic;
 pub(crate) mod parameter_file;
 pub(crate) mod parameters;

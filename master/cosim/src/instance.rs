@@ -1,6 +1,7 @@
 //! An FMU instance that the master and the studies call, in this thread or another. Errors of its
 //! calls name the instance, the time, the variables and the reasons that the FMU logged.
 
+mod configuration;
 mod errors;
 pub(crate) mod finite;
 #[cfg(feature = "native")]
@@ -13,7 +14,7 @@ use std::ffi::{CStr, CString};
 use std::sync::Arc;
 
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
-use fmi_description::Description;
+use fmi_description::{Causality, Description};
 use fmi_import::answer::Answer;
 pub use fmi_import::answer::{At, Ended, Stopped};
 use fmi_import::batch::Batch;
@@ -40,6 +41,8 @@ pub struct Instance {
     is_elsewhere: bool,
     /// Variables that may have values that are not finite, in order.
     nonfinite: Vec<usize>,
+    /// Resized arrays, as batches of its FMU, whose values it has not told.
+    untold: Vec<usize>,
 }
 
 /// The first error, in the order of components, of calls made in several threads: all calls that
@@ -163,7 +166,7 @@ impl Instance {
                 );
             }
         };
-        let instance = Self {
+        let mut instance = Self {
             fmi,
             fmu: fmu.clone(),
             name: name.to_string(),
@@ -171,8 +174,10 @@ impl Instance {
             is_staged,
             is_elsewhere: worker.is_some(),
             nonfinite: Vec::new(),
+            untold: Vec::new(),
         };
         instance.log_only_warnings()?;
+        instance.configure()?;
         Ok(instance)
     }
 
@@ -218,6 +223,9 @@ impl Instance {
         let value = Value::parse_for(v, text)
             .map_err(|unfit| anyhow!("{}.{variable}: `{text}` is not {unfit}", self.name))?;
         let index = description.index(variable).unwrap_or_default();
+        if v.causality == Causality::StructuralParameter {
+            return self.check_configuration(v, &value, text);
+        }
         self.check_value(index, &value, text)?;
         let batch = self.fmu.any_batch(vec![index]);
         let set = self.fmi.set_values(&batch, &[value]);

@@ -48,7 +48,9 @@ impl RunKey {
             path: _,
             structure,
             fmus: _,
-            alarms: _, // those of the structure
+            alarms: _,     // those of the structure
+            unresolved: _, // sizes are start values
+            misfit: _,
         } = system;
         key.add_structure(structure);
         key.add_start_values(system, &experiment.settings);
