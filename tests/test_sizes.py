@@ -118,7 +118,7 @@ def test_cosim_sets_sizes_in_configuration_mode(archives, tmp_path):
     assert head == "time," + ",".join(f"StateSpace.y[{k}]" for k in (1, 2, 3, 4))
     s, c = math.sin(W), math.cos(W)
     assert [float(x) for x in last.split(",")[1:]] == pytest.approx([s, c + 0.5, s + c, 2.0 * s], abs=2.0 * TOLERANCE)
-    for size, reason in [("n=0", "`StateSpace.n` = 0 must be at least 1"), ("n=1001", "at most 1000"), ("n=2.5", "not a whole number")]:
+    for size, reason in [("n=0", "`StateSpace.n`: `0` is not a whole number from 1 to 1000"), ("n=1001", "`1001` is not"), ("n=2.5", "not a whole number")]:
         done = call("cosim", "run", archives[1], "--set", size)
         assert done.returncode == 1 and reason in done.stderr, done.stderr
 

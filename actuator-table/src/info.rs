@@ -49,10 +49,8 @@ pub const REFERENCE: PackedFile = PackedFile::new(
     "reference_machine.json",
     machine_file::REFERENCE_JSON.as_bytes(),
 );
-const SIZED: PackedFile = PackedFile::new(
-    "sized_machine.json",
-    machine_file::SIZED_JSON.as_bytes(),
-);
+const SIZED: PackedFile =
+    PackedFile::new("sized_machine.json", machine_file::SIZED_JSON.as_bytes());
 
 /// Machine files in the FMU's `resources` folder.
 pub const RESOURCES: &[File] = &[

@@ -197,7 +197,7 @@ const PARAMETERS: &[V] = &[
         .packed_file(actuator_table::REFERENCE),
     V::string_parameter("surrogate_file", "network JSON to use instead of the embedded network",
         |p| &p.surrogate_file, read_surrogate)
-        .packed_file(PackedFile::with_digest(NETWORK.path, NETWORK_DIGEST)),
+        .packed_file(PackedFile { path: NETWORK.path, digest: NETWORK_DIGEST }),
     row!(V, parameter undervoltage in electric, "voltage of the DC link below which an enabled drive trips; 0: never").unit("V").range(0.0..=1e5),
     row!(V, boolean_parameter heat in electric, "whether the losses warm winding and housing; else these stay at their start"),
     row!(V, boolean_parameter temperature in electric, "whether resistance and magnets follow their temperature"),
@@ -283,6 +283,6 @@ mod tests {
     #[test]
     fn the_digest_is_that_of_the_packed_network() {
         let packed = PackedFile::new(NETWORK.path, &(NETWORK.make)());
-        assert_eq!(packed.digest(), NETWORK_DIGEST, "{:#x}", packed.digest());
+        assert_eq!(packed.digest, NETWORK_DIGEST, "{:#x}", packed.digest);
     }
 }

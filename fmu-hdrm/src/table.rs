@@ -1,9 +1,7 @@
 //! Variables of the FMU `Hdrm` for its description and calls: names, units, bounds, dependencies.
 
 use super::model::{HdrmFmu, Parameters};
-use fmu_export::{
-    ALL_PARAMETERS, File, Info, NO_STATES, Terminal, Unit, Variable, joined, row,
-};
+use fmu_export::{ALL_PARAMETERS, File, Info, NO_STATES, Terminal, Unit, Variable, joined, row};
 use std::path::Path;
 
 pub(crate) const INFO: Info = Info::new(

@@ -124,7 +124,7 @@ impl System {
                 Loaded::from_files(files, &source.connect, |file| read(Path::new(file)))?
             }
         };
-        let mut system = system.with_sizes(&source.parameters, &source.sizes)?;
+        let mut system = system.with_sizes(None, &source.parameters, &source.sizes)?;
         if !source.sizes.is_empty() {
             system.check_fit()?;
         }

@@ -54,13 +54,10 @@ impl Engine {
     pub fn open(bytes: Vec<u8>) -> Result<Self> {
         let package = Package::from_bytes(NAME, bytes)?;
         let source = if package.holds("modelDescription.xml") {
-            let (name, mut bytes) = (FMU_NAME.to_string(), package.into_bytes());
+            let mut bytes = package.into_bytes();
             let read = |_: &str| Ok(std::mem::take(&mut bytes));
-            let mut system = System::from_files(vec![(name.clone(), name)], &[], read)?;
-            // The name that `cosim run` gives it, from its file.
-            let identifier = system.fmus[0].description.identifier.clone();
-            system.rename_component(0, &identifier);
-            Source::Fmu(system)
+            let files = vec![(String::new(), FMU_NAME.to_string())];
+            Source::Fmu(System::from_files(files, &[], read)?)
         } else {
             ensure!(
                 package.names().any(|name| name.ends_with(".ssd")),
@@ -128,7 +125,7 @@ impl Engine {
                     structure.is_none() && sets.is_empty(),
                     "an FMU by itself has no structures and no parameter sets"
                 );
-                return system.clone().with_sizes_from(None, &[], start_values);
+                return system.clone().with_sizes(None, &[], start_values);
             }
         };
         let key = structure.unwrap_or_default().to_string();
@@ -142,7 +139,7 @@ impl Engine {
             }
         };
         let sets: Vec<PathBuf> = sets.iter().map(PathBuf::from).collect();
-        system = system.with_sizes_from(Some(package), &sets, start_values)?;
+        system = system.with_sizes(Some(package), &sets, start_values)?;
         for set in sets {
             system.apply_set_from(package, &set)?;
         }

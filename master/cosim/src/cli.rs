@@ -174,7 +174,7 @@ impl SystemArgs {
     /// The system with parameter sets, sizes of arrays and ways of stepping, wherever its FMUs come
     /// from.
     fn changed(&self, system: System, start_values: &[String]) -> Result<System> {
-        let mut system = system.with_sizes(&self.parameters, start_values)?;
+        let mut system = system.with_sizes(None, &self.parameters, start_values)?;
         system.check_fit()?;
         for set in &self.parameters {
             system.apply_set(set)?;

@@ -14,6 +14,7 @@ use fmi_import::{ClockPlan, Functions, instantiate, is_triggered, messages, outp
 use crate::io::digest::sha256;
 
 /// A loaded FMU, shared by all its instances.
+#[derive(Clone)]
 pub struct Fmu {
     /// Name for messages: the file it came from.
     pub file: String,
@@ -94,13 +95,17 @@ impl Fmu {
     pub(crate) fn configured(&self, values: &BTreeMap<String, Value>) -> Result<Arc<Self>> {
         let text = self.text.as_deref().unwrap_or_default();
         let value = |(name, value): (&String, &Value)| {
-            Ok((self.description.variable(name)?.reference, value.to_string()))
+            Ok((
+                self.description.variable(name)?.reference,
+                value.to_string(),
+            ))
         };
         let sizes: Result<HashMap<u32, String>> = values.iter().map(value).collect();
         let arrays = Description::parse_with_sizes(text, &sizes?)?;
         let description = arrays.by_element();
         let layout = Layout::new(&description);
-        let index = |(name, value): (&String, &Value)| Some((description.index(name)?, value.clone()));
+        let index =
+            |(name, value): (&String, &Value)| Some((description.index(name)?, value.clone()));
         let before = self.loaded.description.variables.iter();
         let (mut resized, mut first) = (Vec::new(), 0);
         for (v, before) in arrays.variables.iter().zip(before) {
@@ -112,18 +117,12 @@ impl Fmu {
             }
         }
         Ok(Arc::new(Self {
-            file: self.file.clone(),
-            unpacked_size: self.unpacked_size,
-            loaded: self.loaded.clone(),
             plan: Arc::new(ClockPlan::new(&description, &layout)),
-            instances: self.instances.clone(),
-            text: self.text.clone(),
             configuration: values.iter().filter_map(index).collect(),
             resized,
-            sha256: self.sha256.clone(),
-            remarks: self.remarks.clone(),
             layout,
             description,
+            ..self.clone()
         }))
     }
 

@@ -41,8 +41,6 @@ pub struct Instance {
     is_elsewhere: bool,
     /// Variables that may have values that are not finite, in order.
     nonfinite: Vec<usize>,
-    /// Resized arrays, as batches of its FMU, whose values it has not told.
-    untold: Vec<usize>,
 }
 
 /// The first error, in the order of components, of calls made in several threads: all calls that
@@ -166,7 +164,7 @@ impl Instance {
                 );
             }
         };
-        let mut instance = Self {
+        let instance = Self {
             fmi,
             fmu: fmu.clone(),
             name: name.to_string(),
@@ -174,7 +172,6 @@ impl Instance {
             is_staged,
             is_elsewhere: worker.is_some(),
             nonfinite: Vec::new(),
-            untold: Vec::new(),
         };
         instance.log_only_warnings()?;
         instance.configure()?;

@@ -136,7 +136,9 @@ fn main() -> ExitCode {
 }
 
 fn load(args: &SystemArgs, start_values: &[String]) -> Result<System> {
-    args.load(start_values, || bail!("name a system: --system FILE, a packed .ssp or a .ssd"))
+    args.load(start_values, || {
+        bail!("name a system: --system FILE, a packed .ssp or a .ssd")
+    })
 }
 
 fn is_system(file: &Path) -> bool {

@@ -16,8 +16,10 @@ use std::path::Path;
 /// A file in the `resources` folder whose content is compiled in as well.
 #[derive(Clone, Copy, Debug)]
 pub struct PackedFile {
-    path: &'static str,
-    digest: u64,
+    /// Its path in the folder.
+    pub path: &'static str,
+    /// A hash of what is packed.
+    pub digest: u64,
 }
 
 impl PackedFile {
@@ -25,17 +27,6 @@ impl PackedFile {
     pub const fn new(path: &'static str, bytes: &[u8]) -> Self {
         let digest = digest(bytes);
         Self { path, digest }
-    }
-
-    /// The same with the [`digest`](Self::digest) of the bytes, where they are made when packing.
-    pub const fn with_digest(path: &'static str, digest: u64) -> Self {
-        Self { path, digest }
-    }
-
-    /// A hash of what is packed.
-    #[must_use]
-    pub const fn digest(&self) -> u64 {
-        self.digest
     }
 
     /// Parses the file if the one in the `resources` folder is another than what is compiled in.
@@ -68,7 +59,9 @@ const fn digest(bytes: &[u8]) -> u64 {
     const FACTOR: u64 = 0x9E37_79B9_7F4A_7C15;
     let (mut hash, mut rest) = (bytes.len() as u64, bytes);
     while let Some((word, after)) = rest.split_first_chunk::<8>() {
-        hash = (hash ^ u64::from_le_bytes(*word)).wrapping_mul(FACTOR).rotate_left(29);
+        hash = (hash ^ u64::from_le_bytes(*word))
+            .wrapping_mul(FACTOR)
+            .rotate_left(29);
         rest = after;
     }
     while let Some((byte, after)) = rest.split_first() {
@@ -135,7 +128,11 @@ impl<M: Model> Instance<M> {
             self.packed_texts.clear();
             return Ok(());
         }
-        let files: Vec<_> = self.packed_texts.values().map(|file| format!("`{file}`")).collect();
+        let files: Vec<_> = self
+            .packed_texts
+            .values()
+            .map(|file| format!("`{file}`"))
+            .collect();
         let text = format!(
             "{} in the resources folder {} differs from what is compiled in, and is used",
             files.join(" and "),

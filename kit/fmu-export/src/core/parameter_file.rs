@@ -1,9 +1,9 @@
 //! Reads files that String parameters name, such as parameter values, for authors of models.
 
-use std::fmt::Display;
 #[cfg(target_arch = "wasm32")]
 pub(super) use super::placed_files::{exists, read};
 use std::cell::Cell;
+use std::fmt::Display;
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) use std::fs::{exists, read_to_string as read};
 use std::path::Path;

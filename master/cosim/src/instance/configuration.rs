@@ -11,47 +11,39 @@ use fmi_import::value::Value;
 use super::{At, Call, Instance};
 
 impl Instance {
-    /// Sets the structural parameters that its FMU was given other values for. What the resized
-    /// arrays then hold is read, because FMI 3.0 passes whole arrays even where some elements alone
-    /// are set. The standard leaves these values open, so an FMU may refuse to tell them.
-    pub(super) fn configure(&mut self) -> Result<()> {
+    /// Sets the structural parameters that its FMU was given other values for.
+    pub(super) fn configure(&self) -> Result<()> {
         if self.fmu.configuration.is_empty() {
             return Ok(());
         }
-        let at = At::Initialization;
-        self.call(Call::EnterConfiguration, at)?;
+        self.call(Call::EnterConfiguration, At::Initialization)?;
         for (variable, value) in &self.fmu.configuration {
-            let set = self.set_whole(
-                &self.fmu.any_batch(vec![*variable]),
-                std::slice::from_ref(value),
-                at,
-            );
+            let batch = self.fmu.any_batch(vec![*variable]);
+            let set = self.set_whole(&batch, std::slice::from_ref(value), At::Initialization);
             let name = &self.fmu.description.variables[*variable].name;
             set.with_context(|| format!("{}.{name} = {value} in Configuration Mode", self.name))?;
         }
-        self.call(Call::ExitConfiguration, at)?;
-        for (k, batch) in self.fmu.resized.iter().enumerate() {
-            let mut values = vec![Value::empty(batch.access); batch.len()];
-            if self.fmi.get_values(batch, &mut values).is_err() {
-                messages::reasons(&self.name);
-                self.untold.push(k);
-            }
-        }
-        Ok(())
+        (self.call(Call::ExitConfiguration, At::Initialization)).map(drop)
     }
 
-    /// Refuses start values of some elements of an array, `given` by index, whose others are
-    /// unknown.
-    pub(crate) fn check_given_elements(&self, given: &BTreeSet<usize>) -> Result<()> {
-        for k in &self.untold {
-            let elements = &self.fmu.resized[*k].variables;
-            let count = elements.iter().filter(|element| given.contains(element)).count();
-            let first = &self.fmu.description.variables[elements[0]].name;
+    /// Reads what resized arrays hold of which not all elements are `given`, by index: FMI 3.0
+    /// passes whole arrays even where some elements alone are set. The standard leaves these values
+    /// open, so an FMU may refuse.
+    pub(crate) fn read_resized(&self, given: &BTreeSet<usize>) -> Result<()> {
+        for batch in &self.fmu.resized {
+            let all = &batch.variables;
+            let count = all.iter().filter(|element| given.contains(element)).count();
+            let mut values = vec![Value::empty(batch.access); batch.len()];
+            if count == all.len() || self.fmi.get_values(batch, &mut values).is_ok() {
+                continue;
+            }
+            messages::reasons(&self.name);
             ensure!(
-                count == 0 || count == elements.len(),
-                "`{}.{first}` and the other elements of its array: {count} of {} have start values, but the FMU does not tell those of the others at this size; give all of them",
+                count == 0,
+                "`{}.{}` and the other elements of its array: {count} of {} have start values, but the FMU does not tell those of the others at this size; give all of them",
                 self.name,
-                elements.len()
+                self.fmu.description.variables[all[0]].name,
+                all.len()
             );
         }
         Ok(())
@@ -59,16 +51,20 @@ impl Instance {
 
     /// Refuses another value of a structural parameter than it has.
     #[cold]
-    pub(super) fn check_configuration(&self, v: &Variable, value: &Value, text: &str) -> Result<()> {
-        let own = v.start_of(0).and_then(|own| Value::parse(v.access(), own));
-        if own.as_ref() == Some(value) {
+    pub(super) fn check_configuration(
+        &self,
+        v: &Variable,
+        value: &Value,
+        text: &str,
+    ) -> Result<()> {
+        let own = v.start_of(0).unwrap_or("its start value");
+        if Value::parse(v.access(), own).as_ref() == Some(value) {
             return Ok(());
         }
         bail!(
-            "`{}.{}` = {text}: a structural parameter has its value, here {}, from before the run on, because the sizes of arrays depend on it; it is given with the start values (--set, a parameter set, the settings of a script or page)",
+            "`{}.{}` = {text}: a structural parameter has its value, here {own}, from before the run on, because the sizes of arrays depend on it; it is given with the start values (--set, a parameter set, the settings of a script or page)",
             self.name,
-            v.name,
-            v.start_of(0).unwrap_or("its start value")
+            v.name
         )
     }
 }

@@ -143,9 +143,7 @@ impl FmiInstance for RemoteInstance {
             | Call::EnterConfiguration
             | Call::ExitConfiguration
             | Call::StopEarly(_)
-            | Call::Terminate => {
-                (self.0).rare(move |hosted, _| hosted.instance()?.call(call))
-            }
+            | Call::Terminate => (self.0).rare(move |hosted, _| hosted.instance()?.call(call)),
             _ => self.0.end(|| Task::Plain(call))?.result,
         }
     }

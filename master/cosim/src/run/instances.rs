@@ -57,18 +57,20 @@ pub(crate) fn make(
         (experiment.has_tolerance, experiment.tolerance) = (true, tolerance);
     }
     instance.call(Call::SetUp(experiment), At::Initialization)?;
-    let mut given = BTreeSet::new();
+    let own = settings.iter().filter(|s| s.port.component == k);
+    let bound = component.parameters.iter();
+    let bound = bound.filter_map(|p| fmu.description.index(&p.name));
+    if !fmu.resized.is_empty() {
+        instance.read_resized(&bound.chain(own.clone().map(|s| s.port.variable)).collect())?;
+    }
     for p in &component.parameters {
-        given.extend(fmu.description.index(&p.name));
         instance
             .set_from_text(&p.name, &p.value)
             .with_context(|| p.origin.clone())?;
     }
-    for s in settings.iter().filter(|s| s.port.component == k) {
-        given.insert(s.port.variable);
+    for s in own {
         instance.set_from_text(&system.variable(s.port).name, &s.value)?;
     }
-    instance.check_given_elements(&given)?;
     Ok(instance)
 }
 

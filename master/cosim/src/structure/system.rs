@@ -138,7 +138,12 @@ impl System {
             let connected = self.connect(text);
             connected.with_context(|| format!("--connect {text}"))?;
         }
-        self.find_alarms(|name| unresolved.replaced.iter().any(|component| component == name))?;
+        self.find_alarms(|name| {
+            unresolved
+                .replaced
+                .iter()
+                .any(|component| component == name)
+        })?;
         self.fit_values()?;
         self.check_units()
     }
@@ -150,7 +155,8 @@ impl System {
         Self::from_files(files, connections, |file| read(Path::new(file)))
     }
 
-    /// As [`System::from_fmus`], from names and files; `read` reads each file once.
+    /// As [`System::from_fmus`], from names and files; `read` reads each file once. A component
+    /// without a name has the identifier of its FMU, which mostly is the name of its file.
     pub fn from_files(
         files: Vec<(String, String)>,
         connections: &[String],
@@ -166,6 +172,10 @@ impl System {
             let fmu = match fmus.iter().find(|fmu| fmu.file == source) {
                 Some(fmu) => fmu.clone(),
                 None => Fmu::load(&source, read(&source)?)?,
+            };
+            let name = match name.is_empty() {
+                true => fmu.description.identifier.clone(),
+                false => name,
             };
             structure.components.push(Component {
                 name,

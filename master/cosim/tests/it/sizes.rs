@@ -13,11 +13,7 @@ use super::loops::numbers;
 use super::program::cosim;
 use super::support::{assert_contains, pack, scratch, settings, stepping};
 
-const SCHEDULES: [Schedule; 3] = [
-    Schedule::Standard,
-    Schedule::Jacobi,
-    Schedule::GaussSeidel,
-];
+const SCHEDULES: [Schedule; 3] = [Schedule::Standard, Schedule::Jacobi, Schedule::GaussSeidel];
 
 /// The FMU of `sizes.c` as files `a.fmu` and `b.fmu` in a folder of the test.
 fn fmus(test: &str) -> [PathBuf; 2] {
@@ -25,12 +21,12 @@ fn fmus(test: &str) -> [PathBuf; 2] {
     fs::create_dir_all(&folder).unwrap();
     let library = compiled(&folder, "sizes.so", &["sizes.c"], &[]);
     let array = |tag: &str, name: &str, vr: u32, more: &str| {
-        format!(r#"<{tag} name="{name}" valueReference="{vr}" {more}><Dimension valueReference="1"/>"#)
-            + match tag {
-                "String" | "Binary" => r#"<Start value="41"/><Start value="42"/><Start value="43"/>"#,
-                _ => "",
-            }
-            + &format!("</{tag}>")
+        format!(
+            r#"<{tag} name="{name}" valueReference="{vr}" {more}><Dimension valueReference="1"/>"#
+        ) + match tag {
+            "String" | "Binary" => r#"<Start value="41"/><Start value="42"/><Start value="43"/>"#,
+            _ => "",
+        } + &format!("</{tag}>")
     };
     let given = r#"causality="parameter" variability="fixed""#;
     let parameter = |tag: &str, name: &str, vr: u32, start: &str| {
@@ -67,7 +63,7 @@ fn fmus(test: &str) -> [PathBuf; 2] {
 fn sized(files: &[PathBuf], connections: &[&str], given: &[&str]) -> anyhow::Result<System> {
     let connections: Vec<String> = connections.iter().map(ToString::to_string).collect();
     let given: Vec<String> = given.iter().map(ToString::to_string).collect();
-    let system = System::from_fmus(files, &connections)?.with_sizes(&[], &given)?;
+    let system = System::from_fmus(files, &connections)?.with_sizes(None, &[], &given)?;
     system.check_fit()?;
     Ok(system)
 }
@@ -109,7 +105,10 @@ fn whole_arrays_are_wired_at_other_sizes() {
                     assert_eq!(a, x0 + u, "{schedule:?}");
                     // Stepped after `a`, `b` gets the end of the step.
                     let late = b - (10.0 * u + x0) - 0.25 * u;
-                    assert!(late == 0.0 || late == 0.5 * u, "{schedule:?} {threads} {late}");
+                    assert!(
+                        late == 0.0 || late == 0.5 * u,
+                        "{schedule:?} {threads} {late}"
+                    );
                 }
             };
             check(&master);
@@ -165,12 +164,32 @@ fn what_cannot_be_is_refused_by_name() {
     let files = fmus("refused");
     let wires = &["a.x=b.u"][..];
     for (connections, given, parts) in [
-        (&[][..], &["a.n=9"][..], &["a.n=9", "`a.n` = 9 must be at least 0 and at most 8"][..]),
-        (&[], &["a.n=-1"], &["`a.n` = -1 is not a whole number from 0"]),
-        (&[], &["a.n=2.5"], &["`a.n` = 2.5 is not a whole number"]),
-        (wires, &["a.n=5"], &["--connect a.x=b.u: `a.x` has 5 elements, and `b.u` has 3"]),
+        (
+            &[][..],
+            &["a.n=9"][..],
+            &["a.n=9: `a.n`: `9` is not a whole number from 0 to 8"][..],
+        ),
+        (
+            &[],
+            &["a.n=-1"],
+            &["`-1` is not a whole number from 0 to 8"],
+        ),
+        (
+            &[],
+            &["a.n=2.5"],
+            &["`2.5` is not a whole number from 0 to 8"],
+        ),
+        (
+            wires,
+            &["a.n=5"],
+            &["--connect a.x=b.u: `a.x` has 5 elements, and `b.u` has 3"],
+        ),
         (&["a.x[5]=b.u[1]"], &["a.n=4"], &["a.x[5]"]),
-        (&["a.x[1]=b.n"], &[], &["structural parameter `b.n`", "give it as a start value"]),
+        (
+            &["a.x[1]=b.n"],
+            &[],
+            &["structural parameter `b.n`", "give it as a start value"],
+        ),
     ] {
         let error = sized(&files, connections, given).map(drop).unwrap_err();
         assert_contains(&format!("{error:#}"), parts);
@@ -232,16 +251,33 @@ fn a_structure_and_its_parameter_sets_give_sizes() {
     // Parameter sets and --set override it; the connectors then fit no more.
     write("p.ssv", &set(2, "n"));
     write("more.ssv", &set(5, "a.n"));
-    let [file, set, csv] = ["s.ssd", "more.ssv", "s.csv"].map(|f| folder.join(f).display().to_string());
-    let run = ["run", "--quiet", &file, "--stop-time", "1", "--step", "0.5", "--csv", &csv];
+    let [file, set, csv] =
+        ["s.ssd", "more.ssv", "s.csv"].map(|f| folder.join(f).display().to_string());
+    let run = [
+        "run",
+        "--quiet",
+        &file,
+        "--stop-time",
+        "1",
+        "--step",
+        "0.5",
+        "--csv",
+        &csv,
+    ];
     let (code, _, error) = cosim(&run);
     assert_eq!(code, 1);
-    assert_contains(&error, &["`a.x` is declared with 5 elements, but its FMU has 2"]);
+    assert_contains(
+        &error,
+        &["`a.x` is declared with 5 elements, but its FMU has 2"],
+    );
     let more = ["--parameters", &set, "--set", "b.n=5", "--signals", "*.x"];
     let (code, _, error) = cosim(&[&run[..], &more].concat());
     assert_eq!(code, 0, "{error}");
     let rows = fs::read_to_string(&csv).unwrap();
-    assert!(rows.starts_with("time,a.x[1],a.x[2],a.x[3],a.x[4],a.x[5],b.x[1]"), "{rows}");
+    assert!(
+        rows.starts_with("time,a.x[1],a.x[2],a.x[3],a.x[4],a.x[5],b.x[1]"),
+        "{rows}"
+    );
 }
 
 /// A snapshot belongs to its sizes.
@@ -249,14 +285,35 @@ fn a_structure_and_its_parameter_sets_give_sizes() {
 fn a_snapshot_is_resumed_with_the_same_sizes_only() {
     let [file, _] = fmus("snapshot");
     let folder = file.parent().unwrap().to_path_buf();
-    let [file, snapshot, csv] = ["a.fmu", "s.bin", "s.csv"].map(|f| folder.join(f).display().to_string());
+    let [file, snapshot, csv] =
+        ["a.fmu", "s.bin", "s.csv"].map(|f| folder.join(f).display().to_string());
     let at = format!("0.5={snapshot}");
-    let run = ["run", "--quiet", &file, "--step", "0.5", "--set", "x0[1]=-1", "--csv", &csv, "--signals", "x", "--set"];
+    let run = [
+        "run",
+        "--quiet",
+        &file,
+        "--step",
+        "0.5",
+        "--set",
+        "x0[1]=-1",
+        "--csv",
+        &csv,
+        "--signals",
+        "x",
+        "--set",
+    ];
     let saving = ["n=6", "--stop-time", "1", "--snapshot", &at];
     let (code, _, error) = cosim(&[&run[..], &saving].concat());
     assert_eq!(code, 0, "{error}");
     let whole = fs::read_to_string(&csv).unwrap();
-    assert!(whole.lines().last().unwrap().starts_with("1,0,22,33,44,55,66"), "{whole}");
+    assert!(
+        whole
+            .lines()
+            .last()
+            .unwrap()
+            .starts_with("1,0,22,33,44,55,66"),
+        "{whole}"
+    );
     let resumed = ["--stop-time", "1", "--resume", &snapshot];
     let (code, _, error) = cosim(&[&run[..], &["n=6"], &resumed].concat());
     assert_eq!(code, 0, "{error}");
@@ -264,5 +321,8 @@ fn a_snapshot_is_resumed_with_the_same_sizes_only() {
     assert_eq!(rows.lines().last(), whole.lines().last());
     let (code, _, error) = cosim(&[&run[..], &["n=5"], &resumed].concat());
     assert_eq!(code, 1);
-    assert_contains(&error, &["another run", "`a.n` is 6 in the snapshot and 5 here"]);
+    assert_contains(
+        &error,
+        &["another run", "`a.n` is 6 in the snapshot and 5 here"],
+    );
 }

@@ -14,83 +14,79 @@ use system_structure::ParameterMapping;
 use super::System;
 use super::values::convert;
 use crate::fmu::Fmu;
+use crate::io::numbers;
+use crate::structure::Structure;
 use crate::structure::package::Package;
-use crate::structure::{Hop, Parameter, Structure};
+use crate::structure::renaming::rename;
 use crate::wiring::Port;
 
 /// A system before what depends on the sizes of arrays is resolved.
 pub(crate) struct Unresolved {
-    pub structure: Structure,
+    pub(super) structure: Structure,
     /// FMUs with the sizes that they declare.
-    pub fmus: Vec<Arc<Fmu>>,
+    pub(super) fmus: Vec<Arc<Fmu>>,
     /// Components, mappings of their names, and the files of these.
-    pub mappings: Vec<(usize, ParameterMapping, String)>,
+    pub(super) mappings: Vec<(usize, ParameterMapping, String)>,
     /// Components whose FMUs are given instead of the structure's.
-    pub replaced: Vec<String>,
+    pub(super) replaced: Vec<String>,
     /// Connections that are given as texts, `a.y=b.u`.
-    pub connections: Vec<String>,
+    pub(super) connections: Vec<String>,
 }
-
-/// Values of structural parameters, each with where it comes from.
-type Sizes = BTreeMap<Port, (String, String)>;
 
 impl System {
     /// The system with the sizes that its structure gives. If wiring and values do not fit them, it
     /// may yet get others, so that is no error before the wiring is asked for.
     pub(super) fn assemble(path: PathBuf, mut unresolved: Unresolved) -> Result<Self> {
-        let fmus = unresolved.fmus.clone();
-        if !fmus.iter().any(|fmu| fmu.is_configurable()) {
-            let structure = std::mem::take(&mut unresolved.structure);
-            let mut system = Self::unwired(path, structure, fmus);
-            system.resolve(&unresolved)?;
-            return Ok(system);
-        }
-        let mut system = Self::unwired(path, Structure::default(), fmus);
-        system.unresolved = Some(Arc::new(unresolved));
-        system.resize(&[])
-    }
-
-    fn unwired(path: PathBuf, structure: Structure, fmus: Vec<Arc<Fmu>>) -> Self {
-        Self {
+        let mut system = Self {
             path,
-            structure,
-            fmus,
+            structure: Structure::default(),
+            fmus: unresolved.fmus.clone(),
             alarms: Vec::new(),
             unresolved: None,
             misfit: None,
-        }
-    }
-
-    /// The system as it was loaded, with the sizes that these parameter sets and then the start
-    /// values `given`, `name=value`, say. All other values are left to
-    /// [`apply_set`](Self::apply_set) and [`settings`](Self::settings).
-    pub fn with_sizes(self, sets: &[PathBuf], given: &[String]) -> Result<Self> {
-        let mut package = match self.unresolved {
-            Some(_) if !sets.is_empty() => Package::open(&self.path)?,
-            _ => return self.with_sizes_from(None, &[], given),
         };
-        self.with_sizes_from(Some(&mut package), sets, given)
+        if system.fmus.iter().any(|fmu| fmu.is_configurable()) {
+            system.unresolved = Some(Arc::new(unresolved));
+            return system.with_sizes(None, &[], &[]);
+        }
+        system.structure = std::mem::take(&mut unresolved.structure);
+        system.resolve(&unresolved)?;
+        Ok(system)
     }
 
-    /// As [`with_sizes`](Self::with_sizes), with the packed system open already.
-    pub fn with_sizes_from(
-        self,
+    /// The system as it was loaded, with the sizes that these parameter sets, of the package if it
+    /// is open, and then the start values `given`, `name=value`, say. All other values are left to
+    /// [`apply_set`](Self::apply_set) and [`settings`](Self::settings).
+    pub fn with_sizes(
+        mut self,
         package: Option<&mut Package>,
         sets: &[PathBuf],
         given: &[String],
     ) -> Result<Self> {
-        if self.unresolved.is_none() {
+        let Some(unresolved) = self.unresolved.clone() else {
             return Ok(self);
-        }
+        };
         let mut texts = Vec::new();
-        if let Some(package) = package {
+        if !sets.is_empty() {
+            let mut opened = None;
+            let package = match package {
+                Some(package) => package,
+                None => opened.insert(Package::open(&self.path)?),
+            };
             for set in sets {
                 let all = self.parameter_set(package, set)?.into_iter();
                 texts.extend(all.map(|p| format!("{}={}", p.name, p.value)));
             }
         }
         texts.extend_from_slice(given);
-        self.resize(&texts)
+        self.structure.clone_from(&unresolved.structure);
+        self.fmus.clone_from(&unresolved.fmus);
+        self.alarms.clear();
+        self.configure(&unresolved, &texts)?;
+        let resolved = self.resolve(&unresolved);
+        let resolved = resolved.and_then(|()| self.refuse_wires());
+        self.misfit = resolved.err().map(|error| format!("{error:#}"));
+        Ok(self)
     }
 
     /// An error if the wiring does not fit the sizes of arrays.
@@ -98,111 +94,72 @@ impl System {
         self.misfit.as_ref().map_or(Ok(()), |text| bail!("{text}"))
     }
 
-    /// Names a component of a system without a structure.
-    pub fn rename_component(&mut self, k: usize, name: &str) {
-        self.structure.components[k].name = name.into();
-        if let Some(unresolved) = self.unresolved.as_mut().and_then(Arc::get_mut) {
-            unresolved.structure.components[k].name = name.into();
+    /// Gives the FMUs the values of structural parameters that the structure binds and that `given`
+    /// says. What names nothing is left to those who read it later, in the system with these sizes.
+    fn configure(&mut self, unresolved: &Unresolved, given: &[String]) -> Result<()> {
+        // The last value counts, each with where it comes from.
+        let mut values: BTreeMap<Port, (String, String)> = BTreeMap::new();
+        let mut named = unresolved.structure.clone();
+        for (k, mapping, _) in &unresolved.mappings {
+            rename(&mut named, *k, mapping, &self.fmus[*k].description)?;
         }
-    }
-
-    fn resize(self, given: &[String]) -> Result<Self> {
-        let Some(unresolved) = &self.unresolved else {
-            return Ok(self);
-        };
-        let (structure, fmus) = (unresolved.structure.clone(), unresolved.fmus.clone());
-        let mut system = Self::unwired(self.path, structure, fmus);
-        let sizes = system.sizes(unresolved, given)?;
-        system.configure(&sizes)?;
-        let resolved = system.resolve(unresolved).and_then(|()| system.refuse_wires());
-        system.misfit = resolved.err().map(|error| format!("{error:#}"));
-        system.unresolved = self.unresolved;
-        Ok(system)
-    }
-
-    /// The values that are given for structural parameters. What names nothing is left to those
-    /// who read it later, in the system with these sizes.
-    fn sizes(&self, unresolved: &Unresolved, given: &[String]) -> Result<Sizes> {
-        let mut sizes = Sizes::new();
-        let is_structural =
-            |port: &Port| self.variable(*port).causality == Causality::StructuralParameter;
-        for (component, c) in unresolved.structure.components.iter().enumerate() {
-            let fmu = &self.fmus[component];
-            for parameter in c.parameters.iter().filter(|_| fmu.is_configurable()) {
-                let parameter = mapped(parameter, component, unresolved);
-                let Some(variable) = fmu.description.index(&parameter.name) else {
-                    continue;
-                };
-                let port = Port {
-                    component,
-                    variable,
-                };
-                if is_structural(&port) {
-                    let Parameter { value, origin, .. } = convert(&c.name, fmu, parameter)?;
-                    sizes.insert(port, (value, origin));
+        for (k, c) in named.components.into_iter().enumerate() {
+            for parameter in c.parameters {
+                if let Some(port) = self.structural(k, &parameter.name) {
+                    let bound = convert(&c.name, &self.fmus[k], parameter)?;
+                    values.insert(port, (bound.value, bound.origin));
                 }
             }
         }
         for text in given {
-            let settings = self.split_name(text);
-            let settings = settings.and_then(|(name, value)| self.settings(name, value).ok());
-            for setting in settings.into_iter().flatten() {
-                if is_structural(&setting.port) {
-                    sizes.insert(setting.port, (setting.value, text.clone()));
-                }
+            let parts = self
+                .split_name(text)
+                .filter(|(name, _)| self.is_known(name));
+            let settings = parts.and_then(|(name, value)| self.settings(name, value).ok());
+            let mut settings = settings.unwrap_or_default();
+            settings.retain(|setting| self.is_structural(setting.port));
+            let all = settings.into_iter();
+            values.extend(all.map(|s| (s.port, (s.value, text.clone()))));
+        }
+        let mut configurations: BTreeMap<usize, BTreeMap<String, Value>> = BTreeMap::new();
+        for (port, (text, origin)) in values {
+            let mut v = self.variable(port).clone();
+            // Only a declared least value of 0 allows arrays without elements.
+            if v.access() == Access::UInt64 {
+                v.min = v.min.or(Some(1.0));
+            }
+            let context = || format!("{origin}: `{}`", self.name(port));
+            if v.access().is_number() {
+                numbers::number(&v, &text).with_context(context)?;
+            }
+            let value = Value::parse_for(&v, &text);
+            let value = value.map_err(|unfit| anyhow!("`{text}` is not {unfit}"));
+            let value = value.with_context(context)?;
+            if v.start_of(0).and_then(|own| Value::parse(v.access(), own)) != Some(value.clone()) {
+                let configuration = configurations.entry(port.component).or_default();
+                configuration.insert(v.name, value);
             }
         }
-        Ok(sizes)
-    }
-
-    /// Gives the FMUs other sizes; components with the same FMU and sizes share them.
-    fn configure(&mut self, sizes: &Sizes) -> Result<()> {
-        let mut values: BTreeMap<usize, BTreeMap<String, Value>> = BTreeMap::new();
-        for (port, (text, origin)) in sizes {
-            let v = self.variable(*port);
-            let name = self.name(*port);
-            let value = Value::parse_for(v, text);
-            let value = value.map_err(|unfit| anyhow!("`{name}` = {text} is not {unfit}"));
-            let value = value.with_context(|| origin.clone())?;
-            if let (Value::Whole(number), Access::UInt64) = (&value, v.access()) {
-                let [least, most] = v.bounds();
-                // Only a least value of 0 allows arrays without elements.
-                let least = if v.min.is_none() { 1.0 } else { least };
-                ensure!(
-                    (least..=most).contains(&(*number as f64)),
-                    "{origin}: `{name}` = {text} must be at least {least}{}",
-                    match most.is_finite() {
-                        true => format!(" and at most {most}"),
-                        false => String::new(),
-                    }
-                );
-            }
-            let own = v.start_of(0).and_then(|own| Value::parse(v.access(), own));
-            if own.as_ref() != Some(&value) {
-                let values = values.entry(port.component).or_default();
-                values.insert(v.name.clone(), value);
-            }
-        }
-        let mut made: Vec<(Arc<Fmu>, BTreeMap<String, Value>, Arc<Fmu>)> = Vec::new();
-        for (k, values) in values {
-            let fmu = self.fmus[k].clone();
-            let is_same = |(of, with, _): &&(Arc<Fmu>, BTreeMap<String, Value>, Arc<Fmu>)| {
-                Arc::ptr_eq(of, &fmu) && *with == values
-            };
-            self.fmus[k] = match made.iter().find(is_same) {
-                Some((.., configured)) => configured.clone(),
-                None => {
-                    let configured = fmu.configured(&values).with_context(|| {
-                        let given = values.iter().map(|(name, value)| format!("{name} = {value}"));
-                        let given = Vec::from_iter(given).join(", ");
-                        format!("`{}` with {given}", self.structure.components[k].name)
-                    })?;
-                    made.push((fmu, values, configured.clone()));
-                    configured
-                }
-            };
+        for (k, configuration) in configurations {
+            let configured = self.fmus[k].configured(&configuration);
+            let name = &self.structure.components[k].name;
+            self.fmus[k] = configured.with_context(|| format!("`{name}`: {configuration:?}"))?;
         }
         Ok(())
+    }
+
+    fn is_structural(&self, port: Port) -> bool {
+        self.variable(port).causality == Causality::StructuralParameter
+    }
+
+    /// The structural parameter of a component with this name.
+    fn structural(&self, component: usize, name: &str) -> Option<Port> {
+        let variable = self.fmus[component].description.index(name)?;
+        let port = Port {
+            component,
+            variable,
+        };
+        Some(port).filter(|port| self.is_structural(*port))
     }
 
     /// Refuses connections to structural parameters.
@@ -210,30 +167,11 @@ impl System {
         for connection in &self.structure.connections {
             let (component, name) = &connection.end;
             let k = self.structure.component(component);
-            let v = k.and_then(|k| self.fmus[k].description.variable(name).ok());
             ensure!(
-                v.is_none_or(|v| v.causality != Causality::StructuralParameter),
+                k.and_then(|k| self.structural(k, name)).is_none(),
                 "connection {connection}: sizes of arrays depend on the structural parameter `{component}.{name}`, so it must have its value before the run: give it as a start value"
             );
         }
         Ok(())
     }
-}
-
-/// A value under the name that the FMU has for it.
-fn mapped(parameter: &Parameter, component: usize, unresolved: &Unresolved) -> Parameter {
-    let mut parameter = parameter.clone();
-    for (k, mapping, _) in &unresolved.mappings {
-        let mut entries = mapping.entries.iter();
-        let entry = entries.find(|e| *k == component && e.source == parameter.name);
-        if let Some(entry) = entry {
-            parameter.name.clone_from(&entry.target);
-            parameter.way.push(Hop {
-                transformation: entry.transformation.clone(),
-                keeps_units: entry.keeps_units,
-                unit: None,
-            });
-        }
-    }
-    parameter
 }
