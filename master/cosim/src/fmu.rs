@@ -90,6 +90,16 @@ impl Fmu {
         self.text.is_some()
     }
 
+    /// Whether it is the name of a structural parameter.
+    pub(crate) fn is_structural(&self, name: &str) -> bool {
+        let found = self
+            .description
+            .index(name)
+            .filter(|_| self.is_configurable());
+        let v = found.map(|k| &self.description.variables[k]);
+        v.is_some_and(|v| v.causality == Causality::StructuralParameter)
+    }
+
     /// The same FMU with other values of structural parameters, by name, and with the arrays that
     /// it has then.
     pub(crate) fn configured(&self, values: &BTreeMap<String, Value>) -> Result<Arc<Self>> {

@@ -57,19 +57,27 @@ pub(crate) fn make(
         (experiment.has_tolerance, experiment.tolerance) = (true, tolerance);
     }
     instance.call(Call::SetUp(experiment), At::Initialization)?;
-    let own = settings.iter().filter(|s| s.port.component == k);
     let bound = component.parameters.iter();
-    let bound = bound.filter_map(|p| fmu.description.index(&p.name));
+    let bound = bound.map(|p| (&p.name, &p.value, Some(&p.origin)));
+    let own = settings.iter().filter(|s| s.port.component == k);
+    let own = own.map(|s| (&system.variable(s.port).name, &s.value, None));
+    let values: Vec<_> = bound.chain(own).collect();
     if !fmu.resized.is_empty() {
-        instance.read_resized(&bound.chain(own.clone().map(|s| s.port.variable)).collect())?;
+        let given = values
+            .iter()
+            .filter_map(|(name, ..)| fmu.description.index(name));
+        instance.read_resized(&given.collect())?;
     }
-    for p in &component.parameters {
-        instance
-            .set_from_text(&p.name, &p.value)
-            .with_context(|| p.origin.clone())?;
-    }
-    for s in own {
-        instance.set_from_text(&system.variable(s.port).name, &s.value)?;
+    for (place, (name, value, origin)) in values.iter().enumerate() {
+        // A structural parameter has its last value already.
+        if fmu.is_structural(name) && values[place + 1..].iter().any(|later| later.0 == *name) {
+            continue;
+        }
+        let set = instance.set_from_text(name, value);
+        match origin {
+            Some(origin) => set.with_context(|| origin.to_string())?,
+            None => set?,
+        }
     }
     Ok(instance)
 }

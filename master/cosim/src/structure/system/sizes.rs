@@ -105,7 +105,8 @@ impl System {
         }
         for (k, c) in named.components.into_iter().enumerate() {
             for parameter in c.parameters {
-                if let Some(port) = self.structural(k, &parameter.name) {
+                if self.fmus[k].is_structural(&parameter.name) {
+                    let port = self.port_of(k, &parameter.name)?;
                     let bound = convert(&c.name, &self.fmus[k], parameter)?;
                     values.insert(port, (bound.value, bound.origin));
                 }
@@ -117,7 +118,7 @@ impl System {
                 .filter(|(name, _)| self.is_known(name));
             let settings = parts.and_then(|(name, value)| self.settings(name, value).ok());
             let mut settings = settings.unwrap_or_default();
-            settings.retain(|setting| self.is_structural(setting.port));
+            settings.retain(|s| self.variable(s.port).causality == Causality::StructuralParameter);
             let all = settings.into_iter();
             values.extend(all.map(|s| (s.port, (s.value, text.clone()))));
         }
@@ -148,27 +149,13 @@ impl System {
         Ok(())
     }
 
-    fn is_structural(&self, port: Port) -> bool {
-        self.variable(port).causality == Causality::StructuralParameter
-    }
-
-    /// The structural parameter of a component with this name.
-    fn structural(&self, component: usize, name: &str) -> Option<Port> {
-        let variable = self.fmus[component].description.index(name)?;
-        let port = Port {
-            component,
-            variable,
-        };
-        Some(port).filter(|port| self.is_structural(*port))
-    }
-
     /// Refuses connections to structural parameters.
     fn refuse_wires(&self) -> Result<()> {
         for connection in &self.structure.connections {
             let (component, name) = &connection.end;
             let k = self.structure.component(component);
             ensure!(
-                k.and_then(|k| self.structural(k, name)).is_none(),
+                !k.is_some_and(|k| self.fmus[k].is_structural(name)),
                 "connection {connection}: sizes of arrays depend on the structural parameter `{component}.{name}`, so it must have its value before the run: give it as a start value"
             );
         }
