@@ -13,6 +13,7 @@ pub(crate) mod continuous;
 pub(crate) mod counted_input;
 pub(crate) mod dependencies;
 pub(crate) mod derivatives;
+pub(crate) mod edited_files;
 pub(crate) mod element_access;
 pub(crate) mod enumeration;
 pub(crate) mod equation_cache;

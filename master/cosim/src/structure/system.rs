@@ -23,7 +23,6 @@ use crate::wiring::{Port, Wiring};
 
 pub use default_step::DefaultStep;
 pub(crate) use names::Names;
-use sizes::Unresolved;
 pub use values::Setting;
 
 /// A system structure with one loaded FMU per component (shared where the source is the same).
@@ -41,6 +40,19 @@ pub struct System {
     pub(crate) unresolved: Option<Arc<Unresolved>>,
     /// Why its wiring does not fit the sizes of arrays.
     pub(crate) misfit: Option<String>,
+}
+
+/// A system before what depends on the sizes of arrays is resolved.
+pub(crate) struct Unresolved {
+    structure: Structure,
+    /// FMUs with the sizes that they declare.
+    fmus: Vec<Arc<Fmu>>,
+    /// Components, mappings of their names, and the files of these.
+    mappings: Vec<(usize, ParameterMapping, String)>,
+    /// Components whose FMUs are given instead of the structure's.
+    replaced: Vec<String>,
+    /// Connections that are given as texts, `a.y=b.u`.
+    connections: Vec<String>,
 }
 
 impl System {

@@ -9,29 +9,14 @@ use std::sync::Arc;
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use fmi_description::{Access, Causality};
 use fmi_import::value::Value;
-use system_structure::ParameterMapping;
 
-use super::System;
 use super::values::convert;
-use crate::fmu::Fmu;
+use super::{System, Unresolved};
 use crate::io::numbers;
 use crate::structure::Structure;
 use crate::structure::package::Package;
 use crate::structure::renaming::rename;
 use crate::wiring::Port;
-
-/// A system before what depends on the sizes of arrays is resolved.
-pub(crate) struct Unresolved {
-    pub(super) structure: Structure,
-    /// FMUs with the sizes that they declare.
-    pub(super) fmus: Vec<Arc<Fmu>>,
-    /// Components, mappings of their names, and the files of these.
-    pub(super) mappings: Vec<(usize, ParameterMapping, String)>,
-    /// Components whose FMUs are given instead of the structure's.
-    pub(super) replaced: Vec<String>,
-    /// Connections that are given as texts, `a.y=b.u`.
-    pub(super) connections: Vec<String>,
-}
 
 impl System {
     /// The system with the sizes that its structure gives. If wiring and values do not fit them, it
