@@ -49,7 +49,7 @@ def test_an_edited_machine_gives_other_numbers(fmu_dir, tmp_path, folder, kind):
     archive = fmu_dir / folder / "Emla.fmu"
     other = edited(archive, tmp_path / "Emla.fmu", {MACHINE: machine_with(archive, R_s=0.7)})
     found, wanted = run(other, kind), run(archive, kind, R_s=0.7)
-    assert np.array_equal(found, wanted) and not np.allclose(wanted, run(archive, kind))
+    assert np.array_equal(found, wanted) and not np.allclose(wanted[-1], run(archive, kind)[-1])
     assert np.array_equal(run(other, kind, R_s=0.4), run(archive, kind, R_s=0.4))
     # The network, blended in.
     network = json.loads(zipfile.ZipFile(archive).read(NETWORK))
