@@ -15,6 +15,7 @@ import pytest
 from conftest import FMU_DIR
 from fmpy_master import ROOT
 from native import cargo_fmu, libpython
+from test_edited_resources import edited
 
 BATTERY = ROOT / "examples/battery"
 
@@ -82,7 +83,36 @@ def test_a_new_crate_passes_its_own_tests(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["heat-store"]
 
 
-@pytest.mark.parametrize("example", ["map", "battery", "events"])
+def test_a_table_edited_in_the_archive_counts(tmp_path):
+    """All efficiencies are 50 % in the archive's own file: the drive draws twice its mechanical power, in both versions and interfaces."""
+    made = cargo_fmu("new", "mapper", "--example", "map", cwd=tmp_path)
+    assert made.returncode == 0, made.stderr
+    assert " passed" in own_tests(tmp_path / "mapper")
+    archive, table = packed(tmp_path / "mapper", tmp_path / "fmu"), "resources/efficiency.csv"
+
+    def power(archive, kind="CoSimulation"):
+        values = {"speed": 100.0, "torque": 10.0}
+        return fmpy.simulate_fmu(str(archive), fmi_type=kind, stop_time=1.0, start_values=values, output=["P"])["P"][-1]
+
+    lines = zipfile.ZipFile(archive).read(table).decode().splitlines()
+    head = next(k for k, line in enumerate(lines) if line.startswith("speed"))
+    flat = [*lines[: head + 1], *(line.rsplit(",", 1)[0] + ",50" for line in lines[head + 1 :] if line.strip())]
+    for folder in ("", "fmi3"):
+        own = archive.parent / folder / archive.name
+        assert power(own) == pytest.approx(1481.6, abs=0.1)
+        other = edited(own, tmp_path / "Edited.fmu", {table: "\n".join(flat) + "\n"})
+        assert [power(other, kind) for kind in ("CoSimulation", "ModelExchange")] == [2000.0, 2000.0]
+        gone = edited(own, tmp_path / "Gone.fmu", {table: None})
+        assert power(gone) == power(own)
+        bad = edited(own, tmp_path / "Bad.fmu", {table: "\n".join([*flat, "1,2,3,4"]) + "\n"})
+        said = []
+        with pytest.raises(Exception):  # noqa: B017 (FMPy's own)
+            fmpy.simulate_fmu(str(bad), fmi_type="CoSimulation", stop_time=1.0, logger=lambda *its: said.append(its[-1]))
+        texts = " ".join(text.decode() if isinstance(text, bytes) else str(text) for text in said)
+        assert f"line {len(flat) + 1}" in texts and "efficiency.csv" in texts, texts
+
+
+@pytest.mark.parametrize("example", ["battery", "events"])
 def test_the_examples_pass_their_own_tests(example, tmp_path):
     made = cargo_fmu("new", f"my-{example}", "--example", example, cwd=tmp_path)
     assert made.returncode == 0, made.stderr

@@ -13,7 +13,7 @@ from fmpy.validation import validate_fmu
 
 from conftest import FMU_DIR
 from fmpy_master import ROOT
-from native import cargo_fmu
+from native import call, cargo_fmu
 
 # x' = w (x_2, -x_1): a rotation.
 W = 1.5
@@ -104,6 +104,23 @@ def test_sizes_are_structural_parameters_in_fmi_3(archives):
     fmu.terminate()
     fmu.freeInstance()
     shutil.rmtree(folder)
+
+
+def test_cosim_sets_sizes_in_configuration_mode(archives, tmp_path):
+    """As the test before, by the master: the same closed form, and the same numbers as FMPy's calls, which err alike."""
+    said = {"n": 2, "m": 1, "r": 4, "A": A, "x0[2]": 1.0, "x0[1]": 0.0, "C": [1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 2.0, 0.0], "D[2,1]": 0.25, "u": 2.0}
+    words = [f"{name}={' '.join(map(str, value)) if isinstance(value, list) else value}" for name, value in said.items()]
+    options = [option for word in words for option in ("--set", word)]
+    rows = tmp_path / "rows.csv"
+    done = call("cosim", "run", archives[1], "--quiet", "--stop-time", 1, "--step", 0.1, "--csv", rows, "--signals", "y", *options)
+    assert done.returncode == 0, done.stderr
+    head, *_, last = rows.read_text().splitlines()
+    assert head == "time," + ",".join(f"StateSpace.y[{k}]" for k in (1, 2, 3, 4))
+    s, c = math.sin(W), math.cos(W)
+    assert [float(x) for x in last.split(",")[1:]] == pytest.approx([s, c + 0.5, s + c, 2.0 * s], abs=2.0 * TOLERANCE)
+    for size, reason in [("n=0", "`StateSpace.n`: `0` is not a whole number from 1 to 1000"), ("n=1001", "`1001` is not"), ("n=2.5", "not a whole number")]:
+        done = call("cosim", "run", archives[1], "--set", size)
+        assert done.returncode == 1 and reason in done.stderr, done.stderr
 
 
 def test_a_size_that_is_not_there_is_refused_when_packing(tmp_path):

@@ -1,7 +1,7 @@
 //! What the FMUs `Emla` and `Rig` share besides their variables: enumerations, terminals, resource
 //! files, units, and the start values and bounds that their code reads as well.
 
-use fmu_export::{File, Items, Terminal, Unit, read_placed_file};
+use fmu_export::{File, Items, PackedFile, Terminal, Unit, read_placed_file};
 use machine_file::{Drive, EmlaFields, Machine};
 use std::path::Path;
 
@@ -44,6 +44,14 @@ pub const TERMINALS: &[Terminal] = &[
     ]).bus(),
 ];
 
+/// The reference machine among [`RESOURCES`].
+pub const REFERENCE: PackedFile = PackedFile::new(
+    "reference_machine.json",
+    machine_file::REFERENCE_JSON.as_bytes(),
+);
+const SIZED: PackedFile =
+    PackedFile::new("sized_machine.json", machine_file::SIZED_JSON.as_bytes());
+
 /// Machine files in the FMU's `resources` folder.
 pub const RESOURCES: &[File] = &[
     File {
@@ -63,13 +71,24 @@ pub const UNITS: &[Unit] = &[
     Unit::new("J/(V.A)").s(1),
 ];
 
+/// The machine of a file, or the shipped machine of that name: where that is among
+/// [`RESOURCES`], the one in the folder counts.
+pub fn machine(file: &str, resources: Option<&Path>) -> Result<Machine, String> {
+    let Some(shipped) = Machine::preset(file) else {
+        return read_placed_file(file, resources, Machine::from_text);
+    };
+    let edited = match file {
+        "reference" => REFERENCE.if_edited(resources, Machine::from_text)?,
+        "sized" => SIZED.if_edited(resources, Machine::from_text)?,
+        _ => None,
+    };
+    Ok(edited.unwrap_or(shipped))
+}
+
 /// The section `emla` of the actuator number `axis` (an item of [`AXIS`]) in a machine file, or in
 /// the shipped machine of that name.
 pub fn read_machine(file: &str, axis: i32, resources: Option<&Path>) -> Result<EmlaFields, String> {
-    let machine = match Machine::preset(file) {
-        Some(machine) => machine,
-        None => read_placed_file(file, resources, Machine::from_text)?,
-    };
+    let machine = machine(file, resources)?;
     let place = AXIS.item(axis).map_err(|error| error.to_string())?;
     Ok(EmlaFields::new(*machine.emla.in_order()[place]))
 }

@@ -2,8 +2,7 @@
 
 use super::model::Parameters;
 use emla::Surrogate;
-use fmu_export::{read_parameter_file, read_placed_file};
-use machine_file::Machine;
+use fmu_export::read_parameter_file;
 use std::path::Path;
 use tip_path::{BUILT_IN, PathFile};
 
@@ -12,10 +11,7 @@ pub(crate) fn read_machine(
     file: &str,
     resources: Option<&Path>,
 ) -> Result<(), String> {
-    p.machine = match Machine::preset(file) {
-        Some(machine) => machine,
-        None => read_placed_file(file, resources, Machine::from_text)?,
-    };
+    p.machine = actuator_table::machine(file, resources)?;
     p.machine_file = file.to_owned();
     Ok(())
 }

@@ -26,10 +26,7 @@ pub(crate) const INFO: Info = Info::new(
     Terminal::new("voltages", "io.github.hdrm-fmu.voltages", "voltages of slew, lift and tilt actuator", &[("v_d", "v_d"), ("v_q", "v_q")]),
     Terminal::new("wrist", "io.github.hdrm-fmu.torques", "torques of the wrist", &[("tau", "tau_wrist")]),
 ])
-.resources(&[
-    File { path: "reference_machine.json", bytes: machine_file::REFERENCE_JSON.as_bytes() },
-    File { path: "sized_machine.json", bytes: machine_file::SIZED_JSON.as_bytes() },
-])
+.resources(actuator_table::RESOURCES)
 .units(&[
     Unit::new("V/N").m(1).s(-1).A(-1).display(&[DisplayUnit::new("V/kN", 1e3)]),
     Unit::new("N/A").kg(1).m(1).s(-2).A(-1),
@@ -272,7 +269,8 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, boolean_parameter load.told = load_known, "whether the nominal machine takes over the loads that the path picks up and sets down")
         .tunable(),
     V::string_parameter("machine_file", "machine JSON, or name of a shipped machine, to use for the nominal parameters and gains instead of the reference machine",
-        |p| &p.machine_file, read_machine),
+        |p| &p.machine_file, read_machine)
+        .packed_file(actuator_table::REFERENCE),
     V::string_parameter("surrogate_file", "network JSON of the hybrid actuators to use instead of the embedded network",
         |p| &p.surrogate_file, read_surrogate),
     V::string_parameter("path_file", "path to follow if trajectory = path: JSON or CSV file of waypoints or samples, or iso9283-cube, iso9283-rectangle",

@@ -7,10 +7,18 @@ use actuator_table::{
 };
 use emla::Surrogate;
 use fmu_export::{
-    ALL_PARAMETERS, File, Info, MadeFile, NO_STATES, Unit, Variable, joined, read_parameter_file,
-    row,
+    ALL_PARAMETERS, File, Info, MadeFile, NO_STATES, PackedFile, Unit, Variable, joined,
+    read_parameter_file, row,
 };
 use std::path::Path;
+
+/// The network that is compiled in.
+const NETWORK: MadeFile = MadeFile {
+    path: "surrogate.json",
+    make: || Surrogate::reference().to_json().into_bytes(),
+};
+/// The digest of [`NETWORK`], which a test compares.
+const NETWORK_DIGEST: u64 = 0xCE78_03AE_A976_E0C9;
 
 pub(crate) const INFO: Info = Info::new(
     "Emla",
@@ -24,7 +32,7 @@ pub(crate) const INFO: Info = Info::new(
 .icon(include_bytes!("../model.png"))
 .terminals(TERMINALS)
 .resources(RESOURCES)
-.made_resources(&[MadeFile { path: "surrogate.json", make: || Surrogate::reference().to_json().into_bytes() }])
+.made_resources(&[NETWORK])
 .units(UNITS)
 .with_input_derivatives()
 .with_output_derivatives()
@@ -185,9 +193,11 @@ const PARAMETERS: &[V] = &[
     row!(V, integer_parameter axis, "which of the machine's actuators this is, where machine_file has one section emla for each")
         .items(&AXIS).read_by_string_setters(),
     V::string_parameter("machine_file", "machine JSON, or name of a shipped machine, whose section emla replaces the reference machine's",
-        |p| &p.machine_file, read_machine),
+        |p| &p.machine_file, read_machine)
+        .packed_file(actuator_table::REFERENCE),
     V::string_parameter("surrogate_file", "network JSON to use instead of the embedded network",
-        |p| &p.surrogate_file, read_surrogate),
+        |p| &p.surrogate_file, read_surrogate)
+        .packed_file(PackedFile { path: NETWORK.path, digest: NETWORK_DIGEST }),
     row!(V, parameter undervoltage in electric, "voltage of the DC link below which an enabled drive trips; 0: never").unit("V").range(0.0..=1e5),
     row!(V, boolean_parameter heat in electric, "whether the losses warm winding and housing; else these stay at their start"),
     row!(V, boolean_parameter temperature in electric, "whether resistance and magnets follow their temperature"),
@@ -265,3 +275,14 @@ pub(crate) const INDICATORS: &[V] = &[
         "torque in N.m that an applied brake has in hand while it holds, or the speed in rad/s at which it slips",
     ),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_digest_is_that_of_the_packed_network() {
+        let packed = PackedFile::new(NETWORK.path, &(NETWORK.make)());
+        assert_eq!(packed.digest, NETWORK_DIGEST, "{:#x}", packed.digest);
+    }
+}

@@ -1,10 +1,7 @@
 //! Variables of the FMU `Hdrm` for its description and calls: names, units, bounds, dependencies.
 
 use super::model::{HdrmFmu, Parameters};
-use fmu_export::{
-    ALL_PARAMETERS, File, Info, NO_STATES, Terminal, Unit, Variable, joined, read_placed_file, row,
-};
-use machine_file::Machine;
+use fmu_export::{ALL_PARAMETERS, File, Info, NO_STATES, Terminal, Unit, Variable, joined, row};
 use std::path::Path;
 
 pub(crate) const INFO: Info = Info::new(
@@ -26,10 +23,7 @@ pub(crate) const INFO: Info = Info::new(
         ("zeta", "zeta"), ("zeta_dot", "zeta_dot"), ("x", "x"), ("x_dot", "x_dot"),
     ]).bus(),
 ])
-.resources(&[
-    File { path: "reference_machine.json", bytes: machine_file::REFERENCE_JSON.as_bytes() },
-    File { path: "sized_machine.json", bytes: machine_file::SIZED_JSON.as_bytes() },
-])
+.resources(actuator_table::RESOURCES)
 .with_input_derivatives()
 .with_output_derivatives()
 .with_directional_derivatives();
@@ -63,11 +57,7 @@ const FORCES: &[&str] = joined!(
 );
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
-    let machine = match Machine::preset(file) {
-        Some(machine) => machine,
-        None => read_placed_file(file, resources, Machine::from_text)?,
-    };
-    *p = Parameters::new(machine, file.to_owned());
+    *p = Parameters::new(actuator_table::machine(file, resources)?, file.to_owned());
     Ok(())
 }
 
@@ -152,7 +142,8 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, parameter contact.friction in options, "coefficient of friction of the tip on the plane").unit("1").range(0.0..=10.0),
     row!(V, parameter contact.slip_velocity in options, "velocity below which friction falls to zero").unit("m/s").display_unit("mm/s").range(1e-4..=10.0),
     V::string_parameter("machine_file", "machine JSON, or name of a shipped machine, to use instead of the reference machine",
-        |p| &p.machine_file, read_machine),
+        |p| &p.machine_file, read_machine)
+        .packed_file(actuator_table::REFERENCE),
 
     // The machine as built
     row!(V, parameters joint_dry.torque in options, "dry friction of slew, lift and tilt joint in fast motion").unit("N.m").range(0.0..=1e6),

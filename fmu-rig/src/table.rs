@@ -146,7 +146,8 @@ const PARAMETERS: &[V] = &[
     row!(V, integer_parameter axis, "which of the machine's actuators this is, where machine_file has one section emla for each")
         .items(&AXIS).read_by_string_setters(),
     V::string_parameter("machine_file", "machine JSON, or name of a shipped machine, whose section emla replaces the reference machine's",
-        |p| &p.machine_file, read_machine),
+        |p| &p.machine_file, read_machine)
+        .packed_file(actuator_table::REFERENCE),
 ];
 
 /// Effects beyond the idealised actuator: each group with its switch.

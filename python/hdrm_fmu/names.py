@@ -95,6 +95,7 @@ class Names:
     def __init__(self, variables, components, inputs, outputs):
         self.all = {v.name: v for v in variables}
         self.inputs, self.outputs = frozenset(inputs), outputs
+        self._has_sizes = any(v.causality == "structuralparameter" for v in variables)
         self._short = {}
         self._arrays = {}
         self._short_arrays = {}
@@ -128,6 +129,18 @@ class Names:
         if len(owners) == 1 and name not in self._short:
             return [self.all[n] for owner in owners for n in self._arrays[owner]]
         return [self.one(name, kind)]
+
+    def sizes(self, settings):
+        """What among start values may say how large arrays are: structural parameters, and inputs of a system that has some; by full name."""
+        found = {}
+        for name, value in settings.items() if self._has_sizes else ():
+            if name in self.inputs:
+                found[name] = str(value)
+            elif name in self.all or len(self._short.get(name, ())) == 1:
+                variable = self.one(name)
+                if variable.causality == "structuralparameter":
+                    found[variable.name] = text(variable, value)
+        return found
 
     def settings(self, values, kind="parameter", allows=False):
         """Checked start values by full name, as the text that the native code takes; with `allows` it decides which may not be finite."""

@@ -170,7 +170,7 @@ def _plan(system, spec, common, path, case):
     values, seed = case_settings(case, spec["world"])
     every, common_seed = case_settings(common, spec["world"])
     seed = common_seed if seed is None else seed
-    names = system._names
+    names = system._sized({**every, **values})._names
     values = {**names.settings(every), **names.settings(values, "parameter or column")}
     check_free(path, values)
     return Case(values, seed, path)

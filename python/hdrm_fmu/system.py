@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import json
 import os
 from collections.abc import Iterable, Mapping
@@ -64,7 +65,8 @@ class System:
     feedthrough : components whose outputs may be read again after inputs were set at the same communication point, although they do not
         declare on which inputs they depend.
     solve_loops : solve algebraic loops, as `cosim run --solve-loops`, instead of refusing them.
-    settings : start values by name, applied last; the component may be left out where one alone has the variable.
+    settings : start values by name, applied last; the component may be left out where one alone has the variable. Of structural parameters of
+        FMI 3.0 they say how large arrays are.
     waypoints : path that the controller follows, as of `run`.
     step : communication step, s; default: what the system asks for, else its FMUs, else 1 ms. The shipped systems run at 1 ms.
     start_time : s; default: that of the system's default experiment, else the earliest of its FMUs.
@@ -153,7 +155,21 @@ class System:
         source = {"files": tuple(map(str, self.files)), "names": self.names, "connect": self.connect, "variant": self.variant, "parameters": self.parameters}
         source |= {"disconnect": self.disconnect, "replaced": self.replace, "maps": self.maps, "feedthrough": self.feedthrough}
         source["solve_loops"] = self.solve_loops
-        return _loaded(self._stamp(), has_loads, **source)
+        stamp = self._stamp()
+        loaded = _loaded(stamp, has_loads, sizes=(), **source)
+        sizes = tuple(f"{name}={value}" for name, value in loaded[1].sizes(self.settings).items())
+        return _loaded(stamp, has_loads, sizes=sizes, **source) if sizes else loaded
+
+    def _sized(self, settings):
+        """This system, or a copy with the sizes of arrays that start values give."""
+        names, settings = self._names, by_name(settings)
+        own, sizes = names.sizes(self.settings), names.sizes(settings)
+        if sizes.items() <= own.items():
+            return self
+        other = copy.copy(self)
+        kept = {name: value for name, value in self.settings.items() if not names.sizes({name: value}).keys() & sizes.keys()}
+        other.settings, other._session = {**kept, **sizes}, None
+        return other
 
     @property
     def step_size(self) -> float:
@@ -253,12 +269,14 @@ class System:
 
     def _key(self, settings, stop_time):
         """A hash of all that the numbers of a run depend on: contents of FMUs, files and structure, start values, schedule, times."""
-        with self._on_path(self._conditions(settings, stop_time)) as conditions:
-            return self._native.key(conditions)
+        sized = self._sized(settings)
+        with sized._on_path(sized._conditions(settings, stop_time)) as conditions:
+            return sized._native.key(conditions)
 
     def check(self, **options: Unpack[RunOptions]) -> list[str]:
         """Check the keywords of `run` without running; return the names of the signals."""
-        return self._check(complete(options, self.check))
+        completed = complete(options, self.check)
+        return self._sized(completed["settings"])._check(completed)
 
     def _check(self, options):
         interval, metrics = options["interval"], options["metrics"]
@@ -307,6 +325,9 @@ class System:
         RunFailed : the run could not be completed; its `result` is this Dataset with the rows until then, `time` that of the last, s.
         """
         completed = complete(options, self.run)
+        sized = self._sized(completed["settings"])
+        if sized is not self:
+            return sized.run(inputs=inputs, progress=progress, **options)
         completed |= {"signals": self._check(completed), "metrics": list(completed["metrics"])}
         conditions = {**self._conditions(completed["settings"], completed["stop_time"]), "inputs": _columns(inputs, self._names)}
         self._check_altered(conditions)
@@ -398,6 +419,8 @@ class System:
             v = self._names.all[full]
             if v.driver:
                 raise BadInput(f"`{full}` cannot be set: `{v.driver}` drives it; leave the connection out by disconnect=[\"{full}\"]")
+            if v.causality == "structuralparameter":
+                raise BadInput(f"`{full}` cannot be set during a run: sizes of arrays depend on it; give it in settings")
             if v.causality != "input" and v.variability != "tunable":
                 raise BadInput(f"`{full}` cannot be set during a run: it is {v.variability}; give it in settings")
         self._running().set(list(values.items()))

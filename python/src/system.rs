@@ -45,6 +45,8 @@ struct Source {
     variant: Option<String>,
     fmu_dirs: Vec<PathBuf>,
     parameters: Vec<PathBuf>,
+    /// Values of structural parameters, on which the sizes of arrays depend: `name=value`.
+    sizes: Vec<String>,
     disconnect: Vec<String>,
     replaced: Vec<(String, PathBuf)>,
     /// Mappings from names of the system to those of the components' FMUs.
@@ -111,7 +113,7 @@ impl System {
             else_in: source.fmu_dirs,
         };
         let variant = source.variant.as_deref();
-        let mut system = match source.files.as_slice() {
+        let system = match source.files.as_slice() {
             [path] if !is_fmu(path) => {
                 Loaded::load(path, variant, &place, &source.replaced, &source.maps)?
             }
@@ -122,6 +124,10 @@ impl System {
                 Loaded::from_files(files, &source.connect, |file| read(Path::new(file)))?
             }
         };
+        let mut system = system.with_sizes(None, &source.parameters, &source.sizes)?;
+        if !source.sizes.is_empty() {
+            system.check_fit()?;
+        }
         system.structure.solves_loops = source.solve_loops;
         for name in source.feedthrough {
             let allowed = system.allow_feedthrough(&name);

@@ -166,6 +166,47 @@ def test_numbers_that_are_not_finite(tmp_path):
         run(allow_nonfinite=["c.y"])
 
 
+SIZES = """<fmiModelDescription fmiVersion="3.0" modelName="sizes" instantiationToken="t"><CoSimulation modelIdentifier="sizes"/><ModelVariables>
+<UInt64 name="n" valueReference="1" causality="structuralParameter" start="3" min="0" max="8"/>
+<Float64 name="x0" valueReference="3" causality="parameter" variability="fixed" start="10 20 30"><Dimension valueReference="1"/></Float64>
+<Float64 name="u" valueReference="4" causality="input" start="1 2 3"><Dimension valueReference="1"/></Float64>
+<Float64 name="x" valueReference="5" causality="output"><Dimension valueReference="1"/></Float64>
+</ModelVariables><ModelStructure><Output valueReference="5" dependencies=""/></ModelStructure></fmiModelDescription>"""
+
+
+@pytest.mark.skipif(sys.platform != "linux" or not shutil.which("cc"), reason="a library for Linux, made by a C compiler")
+def test_structural_parameters_change_the_sizes_of_arrays(tmp_path):
+    """x' = u for each element: in closed form, with wires of other sizes than the FMU declares; a session takes the sizes of its settings."""
+    source = Path(__file__).parents[2] / "master/cosim/tests/fmus/sizes.c"
+    subprocess.run(["cc", "-shared", "-fPIC", "-w", "-o", tmp_path / "sizes.so", source], check=True)
+    files = [tmp_path / "a.fmu", tmp_path / "b.fmu"]
+    for file in files:
+        with zipfile.ZipFile(file, "w") as archive:
+            archive.writestr("modelDescription.xml", SIZES)
+            archive.write(tmp_path / "sizes.so", "binaries/x86_64-linux/sizes.so")
+    system = System(files, connect=["a.x=b.u"], step=0.5)
+    for n in (5, 2):
+        sizes = {"a.n": n, "b.n": n}
+        run = system.run(settings={**sizes, "a.u": np.arange(n) + 2.0, f"a.x0[{n}]": 0.0}, signals=["a.x", "b.x"], stop_time=1.0)
+        assert len(run.data_vars) == 2 * n
+        for k in range(n):
+            u, x0 = k + 2.0, 10.0 * (k + 1.0) * (k + 1 < n)
+            assert run[f"a.x[{k + 1}]"].values.tolist() == [x0, x0 + u / 2, x0 + u]
+            assert float(run[f"b.x[{k + 1}]"][-1]) == 10.0 * (k + 1.0) + x0 + u / 4
+    assert system._key({"a.n": 4, "b.n": 4}, 1.0) != system._key({"a.n": 5, "b.n": 5}, 1.0)
+    with System(files[0], settings={"n": 6}, step=0.5) as running:
+        running.step()
+        assert running.get("x").tolist() == [10.5, 21.0, 31.5, 42.0, 52.5, 63.0]
+        with pytest.raises(BadInput, match="`a.n` cannot be set during a run: sizes of arrays depend on it"):
+            running.set("n", 3)
+    with pytest.raises(BadInput, match="`a.n` = 9 must be at most 8"):
+        system.run(settings={"a.n": 9})
+    with pytest.raises(BadInput, match="`a.x` has 5 elements, and `b.u` has 3"):
+        system.run(settings={"a.n": 5}, stop_time=1.0)
+    with pytest.raises(BadInput, match=r"`a.x0\[4\]`"):
+        system.run(settings={"a.x0[4]": 1.0}, stop_time=1.0)
+
+
 def test_a_reference_from_outside_moves_the_manipulator():
     start = hdrm_fmu.run(stop_time=1e-3, signals=["controller.desired.position"]).isel(time=0)
     position = [float(start[f"controller.desired.position[{k}]"]) for k in (1, 2, 3)]

@@ -8,9 +8,13 @@ use crate::limits::ARRAY_ELEMENTS;
 use crate::variable::{Access, Causality, ClockInterval, ClockTiming, Kind, Variability, Variable};
 use crate::xml::{Element, XmlError};
 
-/// Reads what FMI 3.0 describes in its own way.
-pub fn read(root: &Element, into: &mut Description) -> Result<(), XmlError> {
-    into.variables = variables(root)?;
+/// Reads what FMI 3.0 describes in its own way, with these values of structural parameters.
+pub fn read(
+    root: &Element,
+    into: &mut Description,
+    sizes: &HashMap<u32, String>,
+) -> Result<(), XmlError> {
+    into.variables = variables(root, sizes)?;
     // The first of aliases.
     let pairs = into.variables.iter().enumerate().rev();
     let by_reference: HashMap<u32, usize> = pairs.map(|(k, v)| (v.reference, k)).collect();
@@ -43,11 +47,14 @@ pub fn read(root: &Element, into: &mut Description) -> Result<(), XmlError> {
 }
 
 /// Reads all variables and their aliases.
-fn variables(root: &Element) -> Result<Vec<Variable>, XmlError> {
+fn variables(root: &Element, sizes: &HashMap<u32, String>) -> Result<Vec<Variable>, XmlError> {
     let types = root.all_in("TypeDefinitions");
     let types: HashMap<_, _> = types.map(|t| (t.text("name"), t)).collect();
     let enumerations = items(types.iter().map(|(name, t)| (name, *t)));
-    let lengths: HashMap<_, _> = root.all_in("ModelVariables").filter_map(length).collect();
+    let mut lengths: HashMap<_, _> = root.all_in("ModelVariables").filter_map(length).collect();
+    let given = sizes.iter();
+    let given = given.filter_map(|(reference, size)| Some((*reference, size.parse().ok()?)));
+    lengths.extend(given);
     let (mut variables, mut size) = (Vec::new(), 0);
     for element in root.all_in("ModelVariables") {
         let Some(access) = access(&element.tag) else {
@@ -59,10 +66,20 @@ fn variables(root: &Element) -> Result<Vec<Variable>, XmlError> {
             typed: element,
             declared: declared.copied(),
         };
-        let own = Variable {
-            dimensions: dimensions(element, &lengths)?,
+        let is_given = |dimension: &Element| {
+            let reference = dimension.whole("valueReference").ok().flatten();
+            reference.is_some_and(|reference| sizes.contains_key(&reference))
+        };
+        let is_resized = element.all("Dimension").any(is_given);
+        let mut own = Variable {
+            dimensions: dimensions(element, &lengths, is_resized)?,
             ..variable(source, access, &enumerations)?
         };
+        if is_resized {
+            own.start.clear();
+        } else if let Some(value) = sizes.get(&own.reference) {
+            own.start = vec![value.clone()];
+        }
         let aliases = element.all("Alias").map(|alias| {
             let display_unit = alias.get("displayUnit").map(str::to_string);
             Ok(Variable {
@@ -109,7 +126,12 @@ fn length(element: &Element) -> Option<(u32, usize)> {
     Some((reference, number("start")?.parse().ok()?))
 }
 
-fn dimensions(element: &Element, lengths: &HashMap<u32, usize>) -> Result<Vec<usize>, XmlError> {
+/// The lengths of an array; only one that is resized may have no elements.
+fn dimensions(
+    element: &Element,
+    lengths: &HashMap<u32, usize>,
+    is_resized: bool,
+) -> Result<Vec<usize>, XmlError> {
     let length = |dimension: &Element| {
         let start = dimension.whole("start").ok()?;
         let reference: Option<u32> = dimension.whole("valueReference").ok()?;
@@ -123,9 +145,15 @@ fn dimensions(element: &Element, lengths: &HashMap<u32, usize>) -> Result<Vec<us
     let lengths = lengths.filter(|lengths| {
         let mut lengths = lengths.iter();
         let size = lengths.try_fold(1_usize, |size, length| size.checked_mul(*length));
-        size.is_some_and(|size| (1..=ARRAY_ELEMENTS).contains(&size))
+        let least = usize::from(!is_resized);
+        size.is_some_and(|size| (least..=ARRAY_ELEMENTS).contains(&size))
     });
     lengths.ok_or_else(|| {
+        if is_resized {
+            return element.wrong(format!(
+                "is too large at this size: an array has at most {ARRAY_ELEMENTS} elements"
+            ));
+        }
         element.error(format!(
             "a dimension of `{}` must be a number of at least 1 or name a structural parameter that starts at one; an array has at most {ARRAY_ELEMENTS} elements",
             element.text("name")

@@ -1,6 +1,6 @@
 //! Reads a [`Description`] from a `modelDescription.xml` (bytes or text), for all who open FMUs.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use crate::description::{Description, Version};
 use crate::error::DescriptionError;
@@ -20,7 +20,7 @@ impl Description {
 
     /// Reads the text of a `modelDescription.xml`, with the errors of [`Self::read`].
     pub fn parse(text: &str) -> Result<Self, DescriptionError> {
-        Self::parse_interface(text, false)
+        Self::parse_interface(text, false, &HashMap::new())
     }
 
     /// As [`Self::parse`], of an FMU with any interface, to be described rather than run.
@@ -28,10 +28,27 @@ impl Description {
     /// # Errors
     /// It is no valid model description by FMI 2.0 or 3.0.
     pub fn parse_any(text: &str) -> Result<Self, DescriptionError> {
-        Self::parse_interface(text, true)
+        Self::parse_interface(text, true, &HashMap::new())
     }
 
-    fn parse_interface(text: &str, of_any: bool) -> Result<Self, DescriptionError> {
+    /// As [`Self::parse`], with these values of structural parameters of FMI 3.0, by value
+    /// reference: their start values, on which the sizes of arrays depend. Arrays that get another
+    /// size have no start values, as the standard says.
+    ///
+    /// # Errors
+    /// Arrays become too large, besides the errors of [`Self::parse`].
+    pub fn parse_with_sizes(
+        text: &str,
+        sizes: &HashMap<u32, String>,
+    ) -> Result<Self, DescriptionError> {
+        Self::parse_interface(text, false, sizes)
+    }
+
+    fn parse_interface(
+        text: &str,
+        of_any: bool,
+        sizes: &HashMap<u32, String>,
+    ) -> Result<Self, DescriptionError> {
         let root = Element::parse(text, "modelDescription.xml", "fmiModelDescription")?;
         let version = root.required("fmiVersion")?;
         let model = root.required("modelName")?;
@@ -46,7 +63,7 @@ impl Description {
         }
         match fmi {
             Version::Fmi2 => fmi2::read(&root, &mut description)?,
-            Version::Fmi3 => fmi3::read(&root, &mut description)?,
+            Version::Fmi3 => fmi3::read(&root, &mut description, sizes)?,
         }
         add_remarks(&root, &mut description);
         description.make_index();

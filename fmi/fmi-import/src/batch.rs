@@ -55,7 +55,7 @@ pub struct BatchPlan {
 
 /// The memory of an instance of FMI 3.0: a slot for each element, which holds the bits of the
 /// number that it was last set to. Empty for FMI 2.0.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Layout {
     spans: HashMap<u32, Range<usize>>,
     /// Start values, by slot.

@@ -126,6 +126,8 @@ impl FmiInstance for Fmi2Instance {
             Call::NextEvent => return Ok(f64::INFINITY),
             Call::Terminate => (raw.terminate(), "fmi2Terminate"),
             Call::StopEarly(_)
+            | Call::EnterConfiguration
+            | Call::ExitConfiguration
             | Call::EnterEvents
             | Call::UpdateEvents
             | Call::LeaveEvents

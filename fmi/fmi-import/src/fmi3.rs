@@ -193,6 +193,14 @@ impl FmiInstance for Fmi3Instance {
                 self.experiment.set(experiment);
                 Ok(())
             }
+            Call::EnterConfiguration => {
+                let status = self.raw.enter_configuration_mode();
+                Answer::check(status, "fmi3EnterConfigurationMode")
+            }
+            Call::ExitConfiguration => {
+                let status = self.raw.exit_configuration_mode();
+                Answer::check(status, "fmi3ExitConfigurationMode")
+            }
             Call::EnterInitialization(start) => self.enter_initialization(start),
             Call::ExitInitialization => self.exit_initialization(),
             Call::Time => return Ok(self.tracked.time.get()),

@@ -41,6 +41,10 @@ pub enum Call {
     /// [`Self::EnterInitialization`]. It comes before start values are set, since FMUs of 20-sim
     /// lose them here.
     SetUp(Experiment),
+    /// From Instantiated to Configuration Mode, in which structural parameters are set.
+    EnterConfiguration,
+    /// Back to Instantiated.
+    ExitConfiguration,
     /// From Instantiated to Initialization Mode at this time, s, with or without [`Self::SetUp`].
     EnterInitialization(f64),
     /// From Initialization Mode to the first communication point.

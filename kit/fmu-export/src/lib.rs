@@ -127,6 +127,7 @@ pub use core::length::{Length, Resize};
 pub use core::log::Log;
 pub use core::message::Level;
 pub use core::model::{Evaluation, Model, ModelExchange, SetString, Variable};
+pub use core::packed_file::PackedFile;
 pub use core::parameter_file::{read_parameter_file, read_placed_file};
 #[doc(hidden)]
 pub use core::sizes::fit_start_values;

@@ -1,7 +1,7 @@
 //! The system or FMU that a page has opened, with its run; `command` and `exports` call it.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
@@ -54,12 +54,10 @@ impl Engine {
     pub fn open(bytes: Vec<u8>) -> Result<Self> {
         let package = Package::from_bytes(NAME, bytes)?;
         let source = if package.holds("modelDescription.xml") {
-            let (name, mut bytes) = (FMU_NAME.to_string(), package.into_bytes());
+            let mut bytes = package.into_bytes();
             let read = |_: &str| Ok(std::mem::take(&mut bytes));
-            let mut system = System::from_files(vec![(name.clone(), name)], &[], read)?;
-            // The name that `cosim run` gives it, from its file.
-            system.structure.components[0].name = system.fmus[0].description.identifier.clone();
-            Source::Fmu(system)
+            let files = vec![(String::new(), FMU_NAME.to_string())];
+            Source::Fmu(System::from_files(files, &[], read)?)
         } else {
             ensure!(
                 package.names().any(|name| name.ends_with(".ssd")),
@@ -108,8 +106,14 @@ impl Engine {
         self.run.as_mut().context(NO_RUN)
     }
 
-    /// The system of a structure, else of the default one, with the values of these parameter sets.
-    fn system(&mut self, structure: Option<&str>, sets: &[String]) -> Result<System> {
+    /// The system of a structure, else of the default one, with the values of these parameter sets,
+    /// and the sizes of arrays that start values, `name=value`, give.
+    fn system(
+        &mut self,
+        structure: Option<&str>,
+        sets: &[String],
+        start_values: &[String],
+    ) -> Result<System> {
         let (package, systems, fmus) = match &mut self.source {
             Source::Package {
                 package,
@@ -121,7 +125,7 @@ impl Engine {
                     structure.is_none() && sets.is_empty(),
                     "an FMU by itself has no structures and no parameter sets"
                 );
-                return Ok(system.clone());
+                return system.clone().with_sizes(None, &[], start_values);
             }
         };
         let key = structure.unwrap_or_default().to_string();
@@ -134,8 +138,10 @@ impl Engine {
                 systems.entry(key).or_insert(system).clone()
             }
         };
+        let sets: Vec<PathBuf> = sets.iter().map(PathBuf::from).collect();
+        system = system.with_sizes(Some(package), &sets, start_values)?;
         for set in sets {
-            system.apply_set_from(package, Path::new(set))?;
+            system.apply_set_from(package, &set)?;
         }
         Ok(system)
     }
@@ -154,7 +160,12 @@ impl Engine {
             Some(Value::Array(sets)) => sets.iter().map(setting_text).collect(),
             _ => word(PARAMETERS).into_iter().collect::<Vec<_>>(),
         };
-        let system = self.system(word(STRUCTURE).as_deref(), &sets)?;
+        let given = settings.iter().map(|(name, value)| {
+            let name = self.full_name(name.clone());
+            format!("{name}={}", setting_text(value))
+        });
+        let given: Vec<String> = given.collect();
+        let system = self.system(word(STRUCTURE).as_deref(), &sets, &given)?;
         // A variable of this name counts, of an FMU opened by itself.
         let is_of_run =
             |name: &str| [START_TIME, TOLERANCE].contains(&name) && system.ports(name).is_err();

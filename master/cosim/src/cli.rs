@@ -86,8 +86,13 @@ pub struct SystemArgs {
 }
 
 impl SystemArgs {
-    /// Loads the system; without `--system` the one that `default` finds.
-    pub fn load(&self, default: impl FnOnce() -> Result<PathBuf>) -> Result<System> {
+    /// Loads the system; without `--system` the one that `default` finds. Its arrays have the sizes
+    /// that start values give (`--set`).
+    pub fn load(
+        &self,
+        start_values: &[String],
+        default: impl FnOnce() -> Result<PathBuf>,
+    ) -> Result<System> {
         let path = self.system.clone().map_or_else(default, Ok)?;
         let place = match (&self.fmu_dir, self.fmi) {
             (folder, Some(3)) => place_of_fmi_3(folder.as_deref(), &path)?,
@@ -119,12 +124,17 @@ impl SystemArgs {
                 );
             }
         }
-        self.changed(system)
+        self.changed(system, start_values)
     }
 
     /// Loads FMUs without a structure; `connections` are those of `--connect`. Refuses options that
     /// choose files or names of a structure.
-    pub fn load_fmus(&self, files: &[PathBuf], connections: &[String]) -> Result<System> {
+    pub fn load_fmus(
+        &self,
+        files: &[PathBuf],
+        connections: &[String],
+        start_values: &[String],
+    ) -> Result<System> {
         let are_chosen = "these FMUs are the files that are named";
         for (is_given, option, why) in [
             (
@@ -146,11 +156,14 @@ impl SystemArgs {
                 "{option} is for a system, a packed .ssp or a .ssd: {why}"
             );
         }
-        self.changed(System::from_fmus(files, connections)?)
+        self.changed(System::from_fmus(files, connections)?, start_values)
     }
 
-    /// The system with parameter sets and ways of stepping, wherever its FMUs come from.
-    fn changed(&self, mut system: System) -> Result<System> {
+    /// The system with parameter sets, sizes of arrays and ways of stepping, wherever its FMUs come
+    /// from.
+    fn changed(&self, system: System, start_values: &[String]) -> Result<System> {
+        let mut system = system.with_sizes(None, &self.parameters, start_values)?;
+        system.check_fit()?;
         for set in &self.parameters {
             system.apply_set(set)?;
         }

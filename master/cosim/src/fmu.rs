@@ -1,17 +1,20 @@
 //! A loaded FMU with its variables by element: systems hold it, and instances are made of it.
 
+use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, Result, bail};
-use fmi_description::{Archive, Description};
+use fmi_description::{Archive, Causality, Description};
 use fmi_import::batch::{Batch, Layout};
 use fmi_import::fmi_instance::{Arguments, FmiInstance};
+use fmi_import::value::Value;
 use fmi_import::{ClockPlan, Functions, instantiate, is_triggered, messages, output};
 
 use crate::io::digest::sha256;
 
 /// A loaded FMU, shared by all its instances.
+#[derive(Clone)]
 pub struct Fmu {
     /// Name for messages: the file it came from.
     pub file: String,
@@ -19,10 +22,16 @@ pub struct Fmu {
     pub description: Description,
     /// Size of all its files, bytes.
     pub(crate) unpacked_size: u64,
-    pub(crate) loaded: fmi_import::Fmu,
+    pub(crate) loaded: Arc<fmi_import::Fmu>,
     layout: Layout,
     pub(crate) plan: Arc<ClockPlan>,
-    instances: AtomicUsize,
+    instances: Arc<AtomicUsize>,
+    /// The model description, if it has structural parameters.
+    text: Option<Arc<str>>,
+    /// What its instances are set to in Configuration Mode: structural parameters, by index.
+    pub(crate) configuration: Vec<(usize, Value)>,
+    /// The arrays that then have other sizes, as far as they can be set.
+    pub(crate) resized: Vec<Batch>,
     /// SHA-256 of the archive.
     pub(crate) sha256: String,
     /// Harmless oddities of the archive or its description.
@@ -55,16 +64,75 @@ impl Fmu {
             ));
         }
         let layout = Layout::new(&description);
+        let mut variables = description.variables.iter();
+        let text = match variables.any(|v| v.causality == Causality::StructuralParameter) {
+            true => Some(archive.description_text()?.into()),
+            false => None,
+        };
         Ok(Arc::new(Self {
             file: file.to_string(),
             unpacked_size: archive.unpacked_size(),
-            loaded,
+            loaded: Arc::new(loaded),
+            text,
+            configuration: Vec::new(),
+            resized: Vec::new(),
             plan: Arc::new(ClockPlan::new(&description, &layout)),
             layout,
             description,
-            instances: AtomicUsize::new(0),
+            instances: Arc::default(),
             sha256,
             remarks,
+        }))
+    }
+
+    /// Whether it has structural parameters, on which the sizes of arrays may depend.
+    pub(crate) fn is_configurable(&self) -> bool {
+        self.text.is_some()
+    }
+
+    /// Whether it is the name of a structural parameter.
+    pub(crate) fn is_structural(&self, name: &str) -> bool {
+        let found = self
+            .description
+            .index(name)
+            .filter(|_| self.is_configurable());
+        let v = found.map(|k| &self.description.variables[k]);
+        v.is_some_and(|v| v.causality == Causality::StructuralParameter)
+    }
+
+    /// The same FMU with other values of structural parameters, by name, and with the arrays that
+    /// it has then.
+    pub(crate) fn configured(&self, values: &BTreeMap<String, Value>) -> Result<Arc<Self>> {
+        let text = self.text.as_deref().unwrap_or_default();
+        let value = |(name, value): (&String, &Value)| {
+            Ok((
+                self.description.variable(name)?.reference,
+                value.to_string(),
+            ))
+        };
+        let sizes: Result<HashMap<u32, String>> = values.iter().map(value).collect();
+        let arrays = Description::parse_with_sizes(text, &sizes?)?;
+        let description = arrays.by_element();
+        let layout = Layout::new(&description);
+        let index =
+            |(name, value): (&String, &Value)| Some((description.index(name)?, value.clone()));
+        let before = self.loaded.description.variables.iter();
+        let (mut resized, mut first) = (Vec::new(), 0);
+        for (v, before) in arrays.variables.iter().zip(before) {
+            let elements = first..first + v.size();
+            first = elements.end;
+            let is_given = v.causality == Causality::Parameter || v.is_input();
+            if v.dimensions != before.dimensions && !elements.is_empty() && is_given {
+                resized.push(Batch::new(&description, &layout, elements.collect()));
+            }
+        }
+        Ok(Arc::new(Self {
+            plan: Arc::new(ClockPlan::new(&description, &layout)),
+            configuration: values.iter().filter_map(index).collect(),
+            resized,
+            layout,
+            description,
+            ..self.clone()
         }))
     }
 

@@ -1,6 +1,7 @@
 //! An FMU instance that the master and the studies call, in this thread or another. Errors of its
 //! calls name the instance, the time, the variables and the reasons that the FMU logged.
 
+mod configuration;
 mod errors;
 pub(crate) mod finite;
 #[cfg(feature = "native")]
@@ -13,7 +14,7 @@ use std::ffi::{CStr, CString};
 use std::sync::Arc;
 
 use anyhow::{Context, Error, Result, anyhow, bail, ensure};
-use fmi_description::Description;
+use fmi_description::{Causality, Description};
 use fmi_import::answer::Answer;
 pub use fmi_import::answer::{At, Ended, Stopped};
 use fmi_import::batch::Batch;
@@ -173,6 +174,7 @@ impl Instance {
             nonfinite: Vec::new(),
         };
         instance.log_only_warnings()?;
+        instance.configure()?;
         Ok(instance)
     }
 
@@ -218,6 +220,9 @@ impl Instance {
         let value = Value::parse_for(v, text)
             .map_err(|unfit| anyhow!("{}.{variable}: `{text}` is not {unfit}", self.name))?;
         let index = description.index(variable).unwrap_or_default();
+        if v.causality == Causality::StructuralParameter {
+            return self.check_configuration(v, &value, text);
+        }
         self.check_value(index, &value, text)?;
         let batch = self.fmu.any_batch(vec![index]);
         let set = self.fmi.set_values(&batch, &[value]);

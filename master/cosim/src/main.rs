@@ -135,8 +135,10 @@ fn main() -> ExitCode {
     exit(result, check)
 }
 
-fn load(args: &SystemArgs) -> Result<System> {
-    args.load(|| bail!("name a system: --system FILE, a packed .ssp or a .ssd"))
+fn load(args: &SystemArgs, start_values: &[String]) -> Result<System> {
+    args.load(start_values, || {
+        bail!("name a system: --system FILE, a packed .ssp or a .ssd")
+    })
 }
 
 fn is_system(file: &Path) -> bool {
@@ -146,7 +148,7 @@ fn is_system(file: &Path) -> bool {
 /// The system of a run: one that is named, or FMUs by themselves.
 fn load_system_or_fmus(args: &OneRunArgs) -> Result<System> {
     match args.files.as_slice() {
-        [] => load(&args.system),
+        [] => load(&args.system, &args.run.settings),
         [file] if is_system(file) => {
             if let Some(connection) = args.connect.first() {
                 bail!(
@@ -156,9 +158,9 @@ fn load_system_or_fmus(args: &OneRunArgs) -> Result<System> {
             }
             let mut system = args.system.clone();
             system.system = Some(file.clone());
-            load(&system)
+            load(&system, &args.run.settings)
         }
-        files => args.system.load_fmus(files, &args.connect),
+        files => (args.system).load_fmus(files, &args.connect, &args.run.settings),
     }
 }
 
@@ -211,7 +213,7 @@ fn prepare(system: &System, run: &RunArgs, inputs: &InputArgs) -> Result<(Experi
 }
 
 fn bench(args: &BenchArgs) -> Result<Verdict> {
-    let system = load(&args.system)?;
+    let system = load(&args.system, &args.run.settings)?;
     let (experiment, mut verdict) = prepare(&system, &args.run, &InputArgs::default())?;
     let stop = experiment.stop(&system)?;
     let mut outcomes = Vec::new();
@@ -306,7 +308,7 @@ fn read_system(path: &Path, args: &InfoArgs) -> Result<(Structure, Vec<Described
 }
 
 fn wiring(args: &WiringArgs) -> Result<Verdict> {
-    let system = load(&args.system)?;
+    let system = load(&args.system, &[])?;
     let wiring = system.wiring()?;
     let mut text = String::new();
     for (c, fmu) in system.structure.components.iter().zip(&system.fmus) {

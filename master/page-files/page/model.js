@@ -105,6 +105,17 @@ class ModelPage extends Page {
     Object.assign(this, { engine, fmus, runs: [], values: settings, signals: new Map() });
     const { components, name: system } = engine.about;
     document.title = element("title").textContent = components.length === 1 ? components[0].model : system;
+    await this.list();
+    element("stop").value = engine.about.stop;
+    element("step").value = engine.about.step;
+    element("document").replaceChildren(...[...fmus.keys()].map((fmu) => new Option(fmu)));
+    await this.documentation();
+    await this.run();
+  }
+
+  /* Fields and table of the variables of what the engine runs. */
+  async list() {
+    const { engine } = this;
     this.variables = elements(await engine.variables()).filter(({ type }) => type !== "Clock" && type !== "Binary");
     // A name without its component, where there is one component.
     const lone = new Set(this.variables.map((variable) => variable.name.split(".")[0])).size === 1;
@@ -113,12 +124,16 @@ class ModelPage extends Page {
     const isFree = ({ name }) => engine.get(name).then((value) => engine.set(name, value)).then(() => true, () => false);
     this.free = new Set();
     for (const input of this.of("input")) if (await isFree(input)) this.free.add(input);
-    element("stop").value = engine.about.stop;
-    element("step").value = engine.about.step;
     this.fields();
     this.table();
-    element("document").replaceChildren(...[...fmus.keys()].map((fmu) => new Option(fmu)));
-    await this.documentation();
+  }
+
+  /* Starts anew with other sizes of arrays, whose variables are others; other values are dropped. */
+  async resize() {
+    const sizes = this.of("structuralParameter").map(({ name }) => [name, this.values[name]]).filter(([, value]) => value !== undefined);
+    Object.assign(this, { runs: [], values: Object.fromEntries(sizes), signals: new Map() });
+    await this.engine.restart(this.values);
+    await this.list();
     await this.run();
   }
 
@@ -132,8 +147,8 @@ class ModelPage extends Page {
   }
 
   fields() {
-    for (const [id, causality] of [["inputs", "input"], ["parameters", "parameter"]]) {
-      const rows = this.of(causality).filter((variable) => causality !== "input" || this.free.has(variable)).map((variable) => this.field(variable));
+    for (const [id, ...causalities] of [["inputs", "input"], ["parameters", "structuralParameter", "parameter"]]) {
+      const rows = this.of(...causalities).filter((variable) => id !== "inputs" || this.free.has(variable)).map((variable) => this.field(variable));
       element(id).querySelectorAll(".row").forEach((row) => row.remove());
       element(id).append(...rows);
       element(id).hidden = rows.length === 0;
@@ -160,6 +175,7 @@ class ModelPage extends Page {
       if (!field.reportValidity()) return;
       this.values[name] = field.type === "checkbox" ? field.checked : isNumber ? Number(field.value) : field.value;
       history.replaceState(null, "", addressOf(this.values));
+      if (causality === "structuralParameter") this.resize().catch((error) => this.say(error.message));
     };
     field.addEventListener("change", changed);
     row.firstChild.append(field);

@@ -76,7 +76,7 @@
         fmi3[`fmi3Get${name}`] = this.getter(`fmi3Get${name}`, size);
         fmi3[`fmi3Set${name}`] = this.setter(`fmi3Set${name}`, size);
       }
-      for (const name of ["EnterInitializationMode", "ExitInitializationMode", "EnterEventMode", "EnterStepMode", "Terminate", "Reset", "SetFMUState"]) {
+      for (const name of ["EnterInitializationMode", "ExitInitializationMode", "EnterEventMode", "EnterStepMode", "EnterConfigurationMode", "ExitConfigurationMode", "Terminate", "Reset", "SetFMUState"]) {
         fmi3[`fmi3${name}`] = this.plain(`fmi3${name}`);
       }
       // What is pointed to, which goes there and back: [position, size of an element, position of the number, else it is one].

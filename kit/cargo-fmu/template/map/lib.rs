@@ -1,6 +1,7 @@
 //! FMU `Drive`: a motor whose efficiency is a map from a file, to be replaced by a model of your own.
 //!
-//! The map is `resources/efficiency.csv`; an importer may name another file.
+//! The map is `resources/efficiency.csv`: the one in the archive, if a user has edited it there. An
+//! importer may name another file.
 
 use fmu_export::prelude::*;
 use fmu_export::read_parameter_file;

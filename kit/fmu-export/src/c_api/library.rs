@@ -124,6 +124,8 @@ impl<V: Version> Request<'_, V> {
             };
             fmi.instance.log_filter = fmi.log.model_filter();
             prepare(&mut fmi)?;
+            fmi.instance.take_packed_files()?;
+            messages.append(&mut fmi.instance.messages);
             Ok(Box::new(Exclusive::new(fmi)))
         });
         let (instance, status) = match made.unwrap_or_else(|panic| Err(panic.describe())) {

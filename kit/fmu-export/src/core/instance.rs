@@ -28,6 +28,10 @@ pub(crate) struct Instance<M: Model> {
     pub(crate) state: State<M>,
     /// Start values of the parameters.
     pub(crate) start: M::Parameters,
+    /// Files in the resources folder that count before what is compiled in, by the names of their
+    /// String parameters, and the start values with them.
+    pub(crate) packed_texts: BTreeMap<&'static str, String>,
+    pub(crate) packed_start: Option<M::Parameters>,
     /// The sizes that the FMU was packed with.
     pub(crate) sizes: &'static str,
     /// The evaluation of `state` and the current inputs, if it is up to date.
@@ -67,6 +71,8 @@ impl<M: Model> Instance<M> {
             state: State::instantiated(start.clone(), input, layout.slots()),
             output: sizes::output::<M>(&start),
             start,
+            packed_texts: BTreeMap::new(),
+            packed_start: None,
             layout,
             sizes,
             evaluation: None,
@@ -133,7 +139,10 @@ impl<M: Model> Instance<M> {
     }
 
     pub(crate) fn reset(&mut self) {
-        let (start, input) = sizes::start::<M>(self.sizes).expect("as when it was made");
+        let (mut start, input) = sizes::start::<M>(self.sizes).expect("as when it was made");
+        if let Some(packed) = &self.packed_start {
+            start.clone_from(packed);
+        }
         let slots = Layout::<M>::new(&start, &input).slots();
         self.replace(State::instantiated(start, input, slots));
         self.report(Kind::Event, "reset to the state after instantiation");

@@ -9,6 +9,7 @@ use super::info::Info;
 use super::input::InputPolynomial;
 use super::length::{Length, Resize};
 use super::log::Log;
+use super::packed_file::PackedFile;
 use super::solver_workspace::SolverWorkspace;
 use super::step_end::StepEnd;
 use super::storage::{Accessor, Storage, each};
@@ -202,6 +203,8 @@ pub struct Variable<M: Model> {
     pub(crate) not_in_evaluation: bool,
     /// String setters read this parameter.
     pub(crate) read_by_string_setters: bool,
+    /// The file that the start value of a String parameter stands for.
+    pub(crate) packed_file: Option<PackedFile>,
     /// Counts how often the importer has set this input.
     pub(crate) counter: Option<fn(&mut M::Input) -> &mut u32>,
     /// Value reference of the first element; None: the next one.

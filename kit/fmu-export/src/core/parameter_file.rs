@@ -1,12 +1,17 @@
 //! Reads files that String parameters name, such as parameter values, for authors of models.
 
+#[cfg(target_arch = "wasm32")]
+pub(super) use super::placed_files::{exists, read};
+use std::cell::Cell;
 use std::fmt::Display;
 #[cfg(not(target_arch = "wasm32"))]
-use std::fs::{exists, read_to_string as read};
+pub(super) use std::fs::{exists, read_to_string as read};
 use std::path::Path;
 
-#[cfg(target_arch = "wasm32")]
-use super::placed_files::{exists, read};
+thread_local! {
+    /// The file is one of the FMU's own, which is not looked up in the working directory.
+    pub(super) static IS_PACKED: Cell<bool> = const { Cell::new(false) };
+}
 
 /// Reads and parses the file that a String parameter names, for a [`SetString`](crate::SetString).
 ///
@@ -34,7 +39,11 @@ pub fn read_placed_file<T, E: Display>(
     let given = Path::new(path);
     let in_resources = resources.map(|folder| folder.join(given));
     let file = match &in_resources {
-        Some(file) if given.is_relative() && !exists(given).unwrap_or(false) => file,
+        Some(file)
+            if given.is_relative() && (IS_PACKED.get() || !exists(given).unwrap_or(false)) =>
+        {
+            file
+        }
         _ => given,
     };
     let text = read(file).map_err(|e| match resources {

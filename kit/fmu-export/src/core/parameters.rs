@@ -10,6 +10,7 @@ use super::instance::{Instance, collect_log, collect_messages, set_log_filter};
 use super::layout::Layout;
 use super::message::Kind;
 use super::model::Variable;
+use super::parameter_file::IS_PACKED;
 use super::phase::Phase;
 use super::state::Setting;
 use super::storage::{self, AnyValue, Storage, each};
@@ -127,7 +128,10 @@ impl<M: Model> Instance<M> {
             if let Storage::Text(get, _) = &row.storage {
                 let is_start = value == get(&self.start);
                 let slot = self.layout.slot(*element);
-                texts[slot] = (!is_start).then(|| value.clone());
+                texts[slot] = match is_start {
+                    true => self.packed_texts.get(row.name).cloned(),
+                    false => Some(value.clone()),
+                };
                 settings[slot] = if is_start {
                     Setting::Start
                 } else {
@@ -141,21 +145,24 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    /// The texts that were set explicitly, by [`Layout::slot`].
-    fn texts(&self, p: &M::Parameters, settings: &[Setting]) -> Vec<Option<String>> {
+    /// The texts that were set explicitly, or that name edited files of the FMU, by
+    /// [`Layout::slot`].
+    pub(super) fn texts(&self, p: &M::Parameters, settings: &[Setting]) -> Vec<Option<String>> {
         let mut texts = vec![None; settings.len()];
         for (number, (_, row)) in self.layout.numbered() {
-            if let Storage::Text(get, _) = &row.storage
-                && settings[self.layout.slot(number)] == Setting::Explicit
-            {
-                texts[self.layout.slot(number)] = Some(get(p).to_owned());
+            if let Storage::Text(get, _) = &row.storage {
+                let slot = self.layout.slot(number);
+                texts[slot] = match settings[slot] {
+                    Setting::Explicit => Some(get(p).to_owned()),
+                    _ => self.packed_texts.get(row.name).cloned(),
+                };
             }
         }
         texts
     }
 
     /// The result: start values, then what texts set, then explicit values from `numbers`.
-    fn composed(
+    pub(super) fn composed(
         &mut self,
         texts: &[Option<String>],
         numbers: &M::Parameters,
@@ -174,6 +181,7 @@ impl<M: Model> Instance<M> {
                 (&row.storage, &texts[self.layout.slot(number)])
             {
                 let source = format!("`{}` = \"{text}\"", row.name);
+                IS_PACKED.set(settings[self.layout.slot(number)] != Setting::Explicit);
                 if let Err(reason) = set(&mut parameters, text, self.resources.as_deref()) {
                     return refuse!("{source}: {reason}");
                 }

@@ -9,6 +9,7 @@ use super::enumeration::{Enumeration, Items};
 use super::layout::state;
 use super::length::Length;
 use super::model::{Model, SetString, Variable};
+use super::packed_file::PackedFile;
 use super::setters::setters;
 use super::storage::{Accessor, Fields, Getter, Storage, TypeNames};
 use fmi_units::Unit;
@@ -170,6 +171,7 @@ impl<M: Model> Variable<M> {
             discrete: false,
             not_in_evaluation: false,
             read_by_string_setters: false,
+            packed_file: None,
             counter: None,
             at: None,
             unit: None,
@@ -210,6 +212,12 @@ impl<M: Model> Variable<M> {
     };
 
     setters! {
+        /// The file that the start value of a String parameter stands for, and whose content is
+        /// compiled in. Where the one in the FMU's `resources` folder differs, the setter is called
+        /// with its path when an instance is made. Without this, a start value that names a file
+        /// in that folder stands for it.
+        packed_file(file: PackedFile) packed_file = Some(file);
+
         /// The value reference of the first element, at most 65535; its further elements and the
         /// rows below follow. It does not change when a row is inserted above.
         at(reference: u32) at = Some(reference);

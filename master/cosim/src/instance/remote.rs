@@ -139,9 +139,11 @@ impl FmiInstance for RemoteInstance {
     /// Calls that are made once a run bring along the FMU's messages.
     fn call(&self, call: Call) -> Result<f64> {
         match call {
-            Call::SetUp(_) | Call::StopEarly(_) | Call::Terminate => {
-                (self.0).rare(move |hosted, _| hosted.instance()?.call(call))
-            }
+            Call::SetUp(_)
+            | Call::EnterConfiguration
+            | Call::ExitConfiguration
+            | Call::StopEarly(_)
+            | Call::Terminate => (self.0).rare(move |hosted, _| hosted.instance()?.call(call)),
             _ => self.0.end(|| Task::Plain(call))?.result,
         }
     }

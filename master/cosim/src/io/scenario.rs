@@ -145,11 +145,11 @@ fn read_event(event: &Value, defaults: &Map<String, Value>, names: &Names) -> Re
         None => names.port(variable)?,
     };
     let (v, name) = (system.variable(port), system.name(port));
-    use Causality::{CalculatedParameter, Input, Output, Parameter};
+    use Causality::{CalculatedParameter, Input, Output, Parameter, StructuralParameter};
     ensure!(
         matches!(v.causality, Input | Output | CalculatedParameter) || v.is_tunable(),
         match v.causality {
-            Parameter => format!(
+            Parameter | StructuralParameter => format!(
                 "`{name}` is a parameter that is fixed after initialization; a start value is given by --set"
             ),
             other => format!(

@@ -45,12 +45,27 @@ pub(crate) fn make(
         (told.has_tolerance, told.tolerance) = (true, tolerance);
     }
     instance.call(Call::SetUp(told), At::Initialization)?;
-    for p in &component.parameters {
-        let set = instance.set_from_text(&p.name, &p.value);
-        set.with_context(|| p.origin.clone())?;
+    let bound = component.parameters.iter();
+    let bound = bound.map(|p| (&p.name, &p.value, Some(&p.origin)));
+    let own = settings.iter().filter(|s| s.port.component == k);
+    let own = own.map(|s| (&system.variable(s.port).name, &s.value, None));
+    let values: Vec<_> = bound.chain(own).collect();
+    if !fmu.resized.is_empty() {
+        let given = values
+            .iter()
+            .filter_map(|(name, ..)| fmu.description.index(name));
+        instance.read_resized(&given.collect())?;
     }
-    for s in settings.iter().filter(|s| s.port.component == k) {
-        instance.set_from_text(&system.variable(s.port).name, &s.value)?;
+    for (place, (name, value, origin)) in values.iter().enumerate() {
+        // A structural parameter has its last value already.
+        if fmu.is_structural(name) && values[place + 1..].iter().any(|later| later.0 == *name) {
+            continue;
+        }
+        let set = instance.set_from_text(name, value);
+        match origin {
+            Some(origin) => set.with_context(|| origin.to_string())?,
+            None => set?,
+        }
     }
     Ok(instance)
 }

@@ -4,6 +4,7 @@
 mod alarms;
 mod default_step;
 mod names;
+mod sizes;
 mod values;
 
 use std::collections::{BTreeMap, HashMap};
@@ -35,6 +36,23 @@ pub struct System {
     pub fmus: Vec<Arc<Fmu>>,
     /// Alarms with their variables, and the bounds as numbers.
     pub(crate) alarms: Vec<(Port, f64, Alarm)>,
+    /// What it was made of, if FMUs have structural parameters.
+    pub(crate) unresolved: Option<Arc<Unresolved>>,
+    /// Why its wiring does not fit the sizes of arrays.
+    pub(crate) misfit: Option<String>,
+}
+
+/// A system before what depends on the sizes of arrays is resolved.
+pub(crate) struct Unresolved {
+    structure: Structure,
+    /// FMUs with the sizes that they declare.
+    fmus: Vec<Arc<Fmu>>,
+    /// Components, mappings of their names, and the files of these.
+    mappings: Vec<(usize, ParameterMapping, String)>,
+    /// Components whose FMUs are given instead of the structure's.
+    replaced: Vec<String>,
+    /// Connections that are given as texts, `a.y=b.u`.
+    connections: Vec<String>,
 }
 
 impl System {
@@ -67,7 +85,7 @@ impl System {
         let text = package.structure(variant)?;
         let name = package.structure_name(variant);
         let structure = structure::read(&text, &name, &mut |source| package.text(source));
-        let structure = structure.with_context(|| format!("`{}`", path.display()))?;
+        let mut structure = structure.with_context(|| format!("`{}`", path.display()))?;
         let is_unknown = |(name, _): &&(String, _)| structure.component(name).is_none();
         if let Some((unknown, _)) = replaced.iter().find(is_unknown) {
             bail!("an FMU is given for the component `{unknown}`, which the system does not have");
@@ -97,39 +115,49 @@ impl System {
             };
             fmus.push(fmu);
         }
-        let mut system = Self {
+        if !structure.has_start {
+            structure.start_time = earliest_start(&fmus);
+        }
+        let read = mappings
+            .iter()
+            .map(|(name, file)| read_mapping(&structure, name, file));
+        Self::assemble(
             path,
-            structure,
-            fmus,
-            alarms: Vec::new(),
-        };
-        if !system.structure.has_start {
-            system.structure.start_time = earliest_start(&system.fmus);
-        }
-        for (name, file) in mappings {
-            system.map(name, file)?;
-        }
-        arrays::resolve(&mut system.structure, &system.fmus)?;
-        system.find_alarms(|name| replaced.iter().any(|(component, _)| component == name))?;
-        system.fit_values()?;
-        system.check_units()?;
-        Ok(system)
+            Unresolved {
+                mappings: read.collect::<Result<_>>()?,
+                replaced: replaced.iter().map(|(name, _)| name.clone()).collect(),
+                connections: Vec::new(),
+                structure,
+                fmus,
+            },
+        )
     }
 
-    /// Rename the variables of the component `name` by the mapping in `file`.
-    fn map(&mut self, name: &str, file: &Path) -> Result<()> {
-        let text = read_text(file).context("mapping")?;
-        let mapping = ParameterMapping::parse(&text, &file.display().to_string())?;
-        let Some(k) = self.structure.component(name) else {
-            bail!("a mapping is given for the component `{name}`, which the system does not have");
-        };
-        let description = &self.fmus[k].description;
-        for entry in &mapping.entries {
-            let found = description.variable(&entry.target);
-            found.with_context(|| format!("mapping `{}`", file.display()))?;
+    /// Resolves what depends on the sizes of arrays: mappings, connections, values and alarms.
+    fn resolve(&mut self, unresolved: &Unresolved) -> Result<()> {
+        for (k, mapping, file) in &unresolved.mappings {
+            let context = || format!("mapping `{file}`");
+            let description = &self.fmus[*k].description;
+            for entry in &mapping.entries {
+                let found = description.variable(&entry.target);
+                found.with_context(context)?;
+            }
+            let renamed = rename(&mut self.structure, *k, mapping, description);
+            renamed.with_context(context)?;
         }
-        let renamed = rename(&mut self.structure, k, &mapping, description);
-        renamed.with_context(|| format!("mapping `{}`", file.display()))
+        arrays::resolve(&mut self.structure, &self.fmus)?;
+        for text in &unresolved.connections {
+            let connected = self.connect(text);
+            connected.with_context(|| format!("--connect {text}"))?;
+        }
+        self.find_alarms(|name| {
+            unresolved
+                .replaced
+                .iter()
+                .any(|component| component == name)
+        })?;
+        self.fit_values()?;
+        self.check_units()
     }
 
     /// A system of FMUs without a structure: `FILE`, a component named after the file, or
@@ -139,7 +167,8 @@ impl System {
         Self::from_files(files, connections, |file| read(Path::new(file)))
     }
 
-    /// As [`System::from_fmus`], from names and files; `read` reads each file once.
+    /// As [`System::from_fmus`], from names and files; `read` reads each file once. A component
+    /// without a name has the identifier of its FMU, which mostly is the name of its file.
     pub fn from_files(
         files: Vec<(String, String)>,
         connections: &[String],
@@ -156,6 +185,10 @@ impl System {
                 Some(fmu) => fmu.clone(),
                 None => Fmu::load(&source, read(&source)?)?,
             };
+            let name = match name.is_empty() {
+                true => fmu.description.identifier.clone(),
+                false => name,
+            };
             structure.components.push(Component {
                 name,
                 source,
@@ -165,19 +198,15 @@ impl System {
             fmus.push(fmu);
         }
         structure.start_time = earliest_start(&fmus);
-        let mut system = Self {
-            path: path.unwrap_or_default(),
+        structure.stop_time = Some(latest_stop(&fmus, structure.start_time));
+        let unresolved = Unresolved {
+            mappings: Vec::new(),
+            replaced: Vec::new(),
+            connections: connections.to_vec(),
             structure,
             fmus,
-            alarms: Vec::new(),
         };
-        let stop = system.preferred_stop(system.structure.start_time);
-        system.structure.stop_time = Some(stop);
-        for text in connections {
-            let connected = system.connect(text);
-            connected.with_context(|| format!("--connect {text}"))?;
-        }
-        Ok(system)
+        Self::assemble(path.unwrap_or_default(), unresolved)
     }
 
     /// Connect an output with an input that nothing drives, or whole arrays: `a.y=b.u`.
@@ -210,17 +239,12 @@ impl System {
 
     /// The latest default stop time of the FMUs, s, else 1 s after the start.
     pub fn preferred_stop(&self, start: f64) -> f64 {
-        let experiments = self
-            .fmus
-            .iter()
-            .map(|fmu| &fmu.description.default_experiment);
-        let stops = experiments.filter_map(|preferred| preferred.stop);
-        let latest = stops.filter(|stop| stop.is_finite() && *stop > start);
-        latest.reduce(f64::max).unwrap_or(start + 1.0)
+        latest_stop(&self.fmus, start)
     }
 
     /// The connections, resolved.
     pub fn wiring(&self) -> Result<Wiring<'_>> {
+        self.check_fit()?;
         let descriptions: Vec<&Description> = self.fmus.iter().map(|f| &f.description).collect();
         Wiring::new(&self.structure, &descriptions)
     }
@@ -288,11 +312,34 @@ impl System {
     }
 }
 
+/// The component `name` and the mapping in `file` for it, with the name of the file.
+fn read_mapping(
+    structure: &Structure,
+    name: &str,
+    file: &Path,
+) -> Result<(usize, ParameterMapping, String)> {
+    let text = read_text(file).context("mapping")?;
+    let file = file.display().to_string();
+    let mapping = ParameterMapping::parse(&text, &file)?;
+    let Some(k) = structure.component(name) else {
+        bail!("a mapping is given for the component `{name}`, which the system does not have");
+    };
+    Ok((k, mapping, file))
+}
+
 /// The earliest start time that an FMU declares, s, else 0.
 fn earliest_start(fmus: &[Arc<Fmu>]) -> f64 {
     let experiments = fmus.iter().map(|fmu| &fmu.description.default_experiment);
     let starts = experiments.filter_map(|e| e.start);
     starts.reduce(f64::min).unwrap_or(0.0)
+}
+
+/// The latest stop time after `start` that an FMU declares, else 1 s after it, s.
+fn latest_stop(fmus: &[Arc<Fmu>], start: f64) -> f64 {
+    let experiments = fmus.iter().map(|fmu| &fmu.description.default_experiment);
+    let stops = experiments.filter_map(|preferred| preferred.stop);
+    let latest = stops.filter(|stop| stop.is_finite() && *stop > start);
+    latest.reduce(f64::max).unwrap_or(start + 1.0)
 }
 
 /// Splits `NAME=FILE` before the longest file that there is, else at the first `=`.

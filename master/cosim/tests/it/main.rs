@@ -25,6 +25,8 @@ mod program;
 mod rates;
 mod run_key;
 mod saved;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod sizes;
 mod support;
 mod threads;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]

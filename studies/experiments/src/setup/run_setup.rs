@@ -160,7 +160,8 @@ impl SetupBuilder<'_> {
             arguments.variant = None;
             arguments.parameters.clear();
         }
-        let mut system = arguments.load(|| find(self.world_system()))?;
+        let start_values = &self.args.run.settings;
+        let mut system = arguments.load(start_values, || find(self.world_system()))?;
         if let Some(machine) = &self.args.file {
             machine_choice::bind(&mut system, machine)
                 .with_context(|| format!("--machine {machine}"))?;

@@ -158,6 +158,7 @@ impl Bytes {
             discrete,
             not_in_evaluation: _,
             read_by_string_setters: _,
+            packed_file: _,
             counter: _,
             at,
             unit,

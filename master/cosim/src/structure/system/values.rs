@@ -59,20 +59,7 @@ impl System {
 
     /// As [`System::apply_set`], with the packed system open already.
     pub fn apply_set_from(&mut self, package: &mut Package, file: &Path) -> Result<()> {
-        let name = file.display().to_string();
-        let text = if package.holds(&name) {
-            package.text(&name)?
-        } else {
-            let hint = match package.names().next() {
-                Some(_) => {
-                    let system = self.path.display();
-                    format!("parameter set `{name}` is not in `{system}`, and as a file")
-                }
-                None => format!("parameter set `{name}`"),
-            };
-            read_text(file).context(hint)?
-        };
-        for parameter in parse_set(&text, &name)? {
+        for parameter in self.parameter_set(package, file)? {
             let port = self.port(&parameter.name);
             let port = port.with_context(|| parameter.origin.clone())?;
             let name = self.variable(port).name.clone();
@@ -87,6 +74,28 @@ impl System {
             component.parameters.push(parameter);
         }
         Ok(())
+    }
+
+    /// The values of a parameter set.
+    pub(super) fn parameter_set(
+        &self,
+        package: &mut Package,
+        file: &Path,
+    ) -> Result<Vec<Parameter>> {
+        let name = file.display().to_string();
+        let text = if package.holds(&name) {
+            package.text(&name)?
+        } else {
+            let hint = match package.names().next() {
+                Some(_) => {
+                    let system = self.path.display();
+                    format!("parameter set `{name}` is not in `{system}`, and as a file")
+                }
+                None => format!("parameter set `{name}`"),
+            };
+            read_text(file).context(hint)?
+        };
+        parse_set(&text, &name)
     }
 
     /// A start value for a variable named as in [`System::port`].
@@ -242,7 +251,7 @@ fn split_array<'a>(
 
 /// Check that a value has the type of its variable, and convert it to the variable's unit. An
 /// Integer may be given for a Real and for an enumeration.
-fn convert(component: &str, fmu: &Fmu, parameter: Parameter) -> Result<Parameter> {
+pub(super) fn convert(component: &str, fmu: &Fmu, parameter: Parameter) -> Result<Parameter> {
     let Parameter {
         name,
         value,
