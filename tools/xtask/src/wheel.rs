@@ -145,10 +145,8 @@ fn prepare(workspace: &Workspace, fmus: &Path, triple: &str) -> Result<()> {
     Ok(())
 }
 
-/// Builds the wheel with the FMUs of a folder into `out`: for this machine or a platform.
-///
-/// # Errors
-/// A build fails, or the module or an FMU would not run on every machine of the platform.
+/// Builds the wheel with the FMUs of a folder into `out`: for this machine or a platform. Refuses a
+/// module or an FMU that would not run on every machine of the platform.
 pub fn build(
     workspace: &Workspace,
     fmus: &Path,

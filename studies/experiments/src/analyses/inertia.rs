@@ -25,10 +25,7 @@ pub fn paper(trajectory: &str, scale: f64) -> Option<f64> {
     Some(PAPER[column][row])
 }
 
-/// Factor on all inertias of the manipulator in a cell.
-///
-/// # Panics
-/// The cell is not of this analysis.
+/// Factor on all inertias of the manipulator in a cell, which must be of this analysis.
 pub fn scale_of<T>(cell: &Cell<T>) -> f64 {
     cell.case.parse().expect("cases are named by their scales")
 }
@@ -55,10 +52,8 @@ pub(crate) fn run(
 }
 
 /// Runs all cells under `base`, the controllers of a scale one after the other, with what `measure`
-/// makes of a run; `done` is called after each.
-///
-/// # Errors
-/// `base` sets what is varied here; this is found before the first run.
+/// makes of a run; `done` is called after each. Fails before the first run if `base` sets what is
+/// varied here.
 pub fn measured<T: Send>(
     system: &System,
     base: &Experiment,
