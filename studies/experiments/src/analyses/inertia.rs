@@ -40,12 +40,8 @@ pub(crate) fn run(
     done: impl Fn() + Sync,
 ) -> Result<Vec<Cell<TipError>>> {
     let measure = |plan: &Plan| {
-        let outcome = run_once(
-            system,
-            &plan.experiment,
-            &|_, _| (),
-            &mut Observers(Vec::new()),
-        )?;
+        let none = &mut Observers(Vec::new());
+        let outcome = run_once(system, &plan.experiment, &|_, _| (), none)?;
         Ok((outcome.tip, outcome.verdict()))
     };
     measured(system, base, measure, done)
