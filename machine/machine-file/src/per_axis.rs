@@ -1,5 +1,6 @@
 //! One value for each of the three actuators, for `Machine`. A machine file has one object for all,
-//! or `{"slew": …, "lift": …, "tilt": …}`. Saved states hold all three.
+//! or `{"slew": …, "lift": …, "tilt": …}`; `shape` and `source` tell and split such sections by the
+//! functions here. Saved states hold all three.
 
 use crate::check::{Finding, Findings};
 use serde::ser::SerializeStruct;

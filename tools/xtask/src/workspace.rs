@@ -1,4 +1,5 @@
-//! This repository's workspace, for all commands: its folders, its FMUs, and how cargo builds it.
+//! This repository's workspace, for all commands: its folders, their files, its FMUs, and how cargo
+//! builds it.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
