@@ -53,15 +53,10 @@ const SIZED: PackedFile =
     PackedFile::new("sized_machine.json", machine_file::SIZED_JSON.as_bytes());
 
 /// Machine files in the FMU's `resources` folder.
+#[rustfmt::skip] // an item a line
 pub const RESOURCES: &[File] = &[
-    File {
-        path: "reference_machine.json",
-        bytes: machine_file::REFERENCE_JSON.as_bytes(),
-    },
-    File {
-        path: "sized_machine.json",
-        bytes: machine_file::SIZED_JSON.as_bytes(),
-    },
+    File { path: "reference_machine.json", bytes: machine_file::REFERENCE_JSON.as_bytes() },
+    File { path: "sized_machine.json", bytes: machine_file::SIZED_JSON.as_bytes() },
 ];
 
 /// Units of the loss coefficients.

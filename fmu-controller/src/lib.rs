@@ -45,15 +45,8 @@ impl Model for ControllerFmu {
             )));
         }
         let (settings, measured) = (p.settings()?, u.measured());
-        let trajectory = p.trajectory()?;
-        let controller = Controller::new(
-            &p.machine,
-            &p.surrogate,
-            trajectory,
-            &settings,
-            &measured,
-            t,
-        );
+        let (machine, network, path) = (&p.machine, &p.surrogate, p.trajectory()?);
+        let controller = Controller::new(machine, network, path, &settings, &measured, t);
         let controller = controller.map_err(|error| p.refusal(error))?;
         let controller = controller.with_timing(p.timing()?);
         let mut fmu = Self {

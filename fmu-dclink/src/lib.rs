@@ -6,7 +6,7 @@
 mod model;
 mod table;
 
-use dclink::{DcLink, Energies, Input, Output, Params};
+use dclink::{DcLink, Input, Output, Params};
 use fmu_export::{
     Continuous, Event, Info, InputPolynomial, Log, Model, ModelError, ModelExchange, StepEnd,
     Variable,
@@ -85,13 +85,8 @@ impl Continuous for DcLinkFmu {
     fn set_states(&mut self, x: &[f64]) {
         let s = &mut self.state;
         (s.soc, s.v, s.v_c, s.T) = (x[0], [x[1], x[2]], x[3], x[4]);
-        let [battery, load, brake, loss] = [x[5], x[6], x[7], x[8]];
-        s.energy = Energies {
-            battery,
-            load,
-            brake,
-            loss,
-        };
+        let e = &mut s.energy;
+        (e.battery, e.load, e.brake, e.loss) = (x[5], x[6], x[7], x[8]);
     }
 
     fn derivatives(

@@ -110,22 +110,12 @@ pub(crate) const DERIVATIVES: &[V] = &[
     V::derivative_of("energy.loss").unit("W").depends_on(CIRCUIT),
 ];
 
+#[rustfmt::skip]
 pub(crate) const INDICATORS: &[V] = &[
-    V::indicator(
-        "event.limit",
-        "positive where the pack reaches or leaves a limit",
-    )
-    .unit("A"),
-    V::indicator(
-        "event.chopper",
-        "positive where v_dc passes a threshold of the chopper",
-    )
-    .unit("V"),
+    V::indicator("event.limit", "positive where the pack reaches or leaves a limit").unit("A"),
+    V::indicator("event.chopper", "positive where v_dc passes a threshold of the chopper").unit("V"),
     V::indicator("event.ready", "positive where precharge is over").unit("V"),
-    V::indicator(
-        "event.empty",
-        "positive where the capacitor is empty, or is charged again",
-    ),
+    V::indicator("event.empty", "positive where the capacitor is empty, or is charged again"),
     V::indicator("event.undervoltage", "v_dc above v_min").unit("V"),
     V::indicator("event.overvoltage", "v_dc below v_max").unit("V"),
 ];

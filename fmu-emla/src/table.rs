@@ -261,19 +261,13 @@ pub(crate) const DERIVATIVES: &[V] = &[
     V::derivative_of("energy.loss_inverter").unit("W").depends_on(&["v_dc", "i_d", "i_q"]),
 ];
 
+#[rustfmt::skip]
 pub(crate) const INDICATORS: &[V] = &[
     V::indicator("event.speed", "motor speed").unit("rad/s"),
-    V::indicator(
-        "event.load",
-        "torque on the screw, at whose sign the gear factor jumps",
-    )
-    .unit("N.m"),
+    V::indicator("event.load", "torque on the screw, at whose sign the gear factor jumps").unit("N.m"),
     V::indicator("event.torque", "electromagnetic torque").unit("N.m"),
     V::indicator("event.undervoltage", "v_dc above undervoltage").unit("V"),
-    V::indicator(
-        "event.brake",
-        "torque in N.m that an applied brake has in hand while it holds, or the speed in rad/s at which it slips",
-    ),
+    V::indicator("event.brake", "torque in N.m that an applied brake has in hand while it holds, or the speed in rad/s at which it slips"),
 ];
 
 #[cfg(test)]

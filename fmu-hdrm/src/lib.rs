@@ -62,10 +62,8 @@ impl Model for HdrmFmu {
     }
 
     fn defaults() -> (Parameters, Input) {
-        (
-            Parameters::new(Machine::reference(), String::new()),
-            Input::default(),
-        )
+        let parameters = Parameters::new(Machine::reference(), String::new());
+        (parameters, Input::default())
     }
 
     fn initialize(p: &Parameters, u: &Input, t: f64) -> Result<Self, ModelError> {

@@ -4,49 +4,19 @@ use fmu_export::{Evaluation, Items, ModelError};
 use sensors::{ForceKind, Params, Sample, Sensors, Signals, SpeedKind, State};
 use serde::{Deserialize, Serialize};
 
-pub(crate) static SPEED: Items<SpeedKind, 3> = Items::new(
-    "Speed",
-    "where speeds come from",
-    [
-        (
-            SpeedKind::Ideal,
-            "ideal",
-            "the speeds at the inputs pass as they are",
-        ),
-        (
-            SpeedKind::Difference,
-            "difference",
-            "difference of two position readings over the communication step, and a first-order filter",
-        ),
-        (
-            SpeedKind::Observer,
-            "observer",
-            "tracking observer of third order on the position readings",
-        ),
-    ],
-);
+#[rustfmt::skip] // an item a line
+pub(crate) static SPEED: Items<SpeedKind, 3> = Items::new("Speed", "where speeds come from", [
+    (SpeedKind::Ideal, "ideal", "the speeds at the inputs pass as they are"),
+    (SpeedKind::Difference, "difference", "difference of two position readings over the communication step, and a first-order filter"),
+    (SpeedKind::Observer, "observer", "tracking observer of third order on the position readings"),
+]);
 
-pub(crate) static FORCE: Items<ForceKind, 3> = Items::new(
-    "Force",
-    "what gives the rod forces",
-    [
-        (
-            ForceKind::Ideal,
-            "ideal",
-            "the forces at the inputs pass as they are",
-        ),
-        (
-            ForceKind::Sensor,
-            "sensor",
-            "a sensor with bias, noise and bandwidth",
-        ),
-        (
-            ForceKind::Absent,
-            "absent",
-            "no sensor: F_measured is force.per_current times i_q_measured; whoever needs the true force must do without",
-        ),
-    ],
-);
+#[rustfmt::skip] // an item a line
+pub(crate) static FORCE: Items<ForceKind, 3> = Items::new("Force", "what gives the rod forces", [
+    (ForceKind::Ideal, "ideal", "the forces at the inputs pass as they are"),
+    (ForceKind::Sensor, "sensor", "a sensor with bias, noise and bandwidth"),
+    (ForceKind::Absent, "absent", "no sensor: F_measured is force.per_current times i_q_measured; whoever needs the true force must do without"),
+]);
 
 /// The FMU's instance: sensors and their state.
 #[derive(Clone, Serialize, Deserialize)]

@@ -162,11 +162,8 @@ impl Limits {
             found.interval(format_args!("limits.stroke_{}", i + 1), stroke);
         }
         for i in 0..6 {
-            let range = [self.zeta_min_deg[i], self.zeta_max_deg[i]];
-            found.interval(
-                format_args!("limits.zeta_min_deg/zeta_max_deg[{}]", i + 1),
-                range,
-            );
+            let name = format!("limits.zeta_min_deg/zeta_max_deg[{}]", i + 1);
+            found.interval(name, [self.zeta_min_deg[i], self.zeta_max_deg[i]]);
         }
         for (i, &tau) in self.tau_wrist_max.iter().enumerate() {
             found.positive(format_args!("limits.tau_wrist_max[{}]", i + 1), tau);

@@ -179,18 +179,13 @@ impl CubicPath {
 
 impl Trajectories {
     pub(crate) fn examine(&self, found: &mut Findings) {
-        let Self { cubic, triangular } = self;
+        let (cubic, plane) = (&self.cubic, &self.triangular);
         found.positive("trajectories.cubic.edge", cubic.edge);
         let axes = cubic.axes.rows();
         found.finite("trajectories.cubic.axes", axes.as_flattened());
         for (name, edge_time, dwell, vertices) in [
             ("cubic", cubic.edge_time, cubic.dwell, &cubic.vertices),
-            (
-                "triangular",
-                triangular.edge_time,
-                triangular.dwell,
-                &triangular.vertices,
-            ),
+            ("triangular", plane.edge_time, plane.dwell, &plane.vertices),
         ] {
             found.positive(format_args!("trajectories.{name}.edge_time"), edge_time);
             found.not_negative(format_args!("trajectories.{name}.dwell"), dwell);

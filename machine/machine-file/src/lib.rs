@@ -20,7 +20,6 @@ mod input;
 mod json;
 mod machine;
 mod per_axis;
-mod sections;
 mod shape;
 mod source;
 

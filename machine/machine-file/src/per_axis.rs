@@ -1,12 +1,30 @@
 //! One value for each of the three actuators, for `Machine`. A machine file has one object for all,
-//! or `{"slew": …, "lift": …, "tilt": …}`. Saved states hold all three.
+//! or `{"slew": …, "lift": …, "tilt": …}`; `shape` and `source` tell and split such sections by the
+//! functions here. Saved states hold all three.
 
 use crate::check::{Finding, Findings};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use serde_json::{Map, Value};
 
 /// Names of the actuators, in the order of `x[1..3]`.
 pub const AXES: [&str; 3] = ["slew", "lift", "tilt"];
+
+pub(crate) const SECTIONS_PER_AXIS: [&str; 2] = ["emla", "ratings"];
+
+/// Whether a section of a file has an object for each actuator.
+pub(crate) fn is_split(section: &Value) -> bool {
+    let fields = section.as_object();
+    fields.is_some_and(|fields| AXES.iter().any(|axis| fields.contains_key(*axis)))
+}
+
+/// Copies a section for all actuators to each of them.
+pub(crate) fn split(section: &mut Value) {
+    if !is_split(section) && section.is_object() {
+        let each = AXES.map(|axis| (axis.to_owned(), section.clone()));
+        *section = Value::Object(Map::from_iter(each));
+    }
+}
 
 /// One value for each actuator.
 #[derive(Clone, Copy, Debug, PartialEq)]

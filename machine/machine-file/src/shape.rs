@@ -2,8 +2,7 @@
 //! that are unknown, missing or of a wrong type; suggests similar names, for other crates too.
 
 use crate::check::Findings;
-use crate::per_axis::{AXES, PerAxis};
-use crate::sections::{SECTIONS_PER_AXIS, is_split};
+use crate::per_axis::{AXES, PerAxis, SECTIONS_PER_AXIS, is_split};
 use crate::{EmlaFields, Machine};
 use serde_json::Value;
 
@@ -65,12 +64,8 @@ impl ShapeCheck<'_> {
             return self.axes(value, at, found);
         }
         let must_be = match (&*value, at.template) {
-            (Value::Object(_), Value::Object(_)) => {
-                return self.fields(value, at, found);
-            }
-            (Value::Array(_), Value::Array(_)) => {
-                return self.elements(value, at, found);
-            }
+            (Value::Object(_), Value::Object(_)) => return self.fields(value, at, found),
+            (Value::Array(_), Value::Array(_)) => return self.elements(value, at, found),
             (Value::Number(n), Value::Number(t)) => {
                 // Where the template has a whole number, the file must have one, too.
                 if t.is_f64() || n.as_u64().is_some_and(|n| u32::try_from(n).is_ok()) {
@@ -81,7 +76,7 @@ impl ShapeCheck<'_> {
             (Value::Null, Value::Object(_)) if self.is_optional(at.keys) => return,
             (_, Value::Object(_)) => "an object".into(),
             (_, Value::Array(t)) => format!("an array of {} elements", t.len()),
-            _ => String::from("a number"),
+            _ => "a number".into(),
         };
         found.refuse(at.name, &*value, must_be);
         *value = at.template.clone();

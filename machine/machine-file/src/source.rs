@@ -2,7 +2,7 @@
 //! file that has `"extends"` with the name of another machine and only the fields that differ.
 
 use crate::check::{Findings, MachineError};
-use crate::sections::{SECTIONS_PER_AXIS, is_split, split};
+use crate::per_axis::{SECTIONS_PER_AXIS, is_split, split};
 use crate::{Machine, json, shape};
 use serde_json::{Map, Value};
 use std::fs;

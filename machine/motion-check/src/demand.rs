@@ -136,11 +136,7 @@ impl DemandModel {
     /// The motors follow the rods rigidly: `w_m = ẋ/travel`, `ẇ_m = ẍ/travel` with `ẍ = x'·ζ̈ +
     /// x''·ζ̇²`.
     pub fn demand(&self, motion: &Motion) -> Demand {
-        let Motion {
-            zeta,
-            zeta_dot,
-            zeta_ddot,
-        } = *motion;
+        let (zeta, zeta_dot, zeta_ddot) = (motion.zeta, motion.zeta_dot, motion.zeta_ddot);
         let state = State {
             zeta,
             zeta_dot,

@@ -111,12 +111,6 @@ pub fn bounds(machine: &Machine) -> Result<Bounds, HdrmError> {
 /// because the law `L̂' = L̂ S L̂/γ` gives each body's moment of gravity the rate `(m g x)²/γ` per
 /// velocity error: a spring of that stiffness on the inertia M.
 fn within(machine: &Machine, bounds: &Bounds) -> Vec<RuledGain> {
-    let gain = |name, value, unit, why| RuledGain {
-        name,
-        value: two_digits(value),
-        unit,
-        why,
-    };
     let Bounds {
         mode,
         moment,
@@ -125,46 +119,32 @@ fn within(machine: &Machine, bounds: &Bounds) -> Vec<RuledGain> {
     } = *bounds;
     let lambda = two_digits(LAMBDA * mode);
     let adapted = ADAPTATION * mode;
+    let gamma = moment * moment / (inertia * adapted * adapted);
     let hertz = mode / std::f64::consts::TAU;
-    vec![
-        gain(
-            "Lambda_position",
-            lambda,
-            "1/s",
-            format!("{LAMBDA} of the lowest mode, {hertz:.1} Hz"),
-        ),
-        gain(
-            "omega_tip",
-            INTEGRAL * lambda,
-            "1/s",
-            format!("{INTEGRAL} of Lambda_position"),
-        ),
-        gain(
-            "gamma",
-            moment * moment / (inertia * adapted * adapted),
-            "J",
-            format!(
-                "moments of {moment:.0} N.m on {inertia:.0} kg.m2, adapted at {ADAPTATION} of the mode"
-            ),
-        ),
-        gain(
-            "K_v",
-            MOTOR / motor,
-            "V.s/m",
-            format!(
-                "a motor loop of {MOTOR} 1/s with K_i = {}",
-                machine.controller.K_i
-            ),
-        ),
-        gain("omega_d", OBSERVER, "1/s", "sampling and delay".into()),
-        gain("kappa_KA", WRIST, "1/s", "lag of the wrist's drives".into()),
-        gain(
-            "Lambda_orientation",
-            TURN,
-            "1/s",
-            format!("{} of kappa_KA", TURN / WRIST),
-        ),
-    ]
+    let of_mode = format!("{LAMBDA} of the lowest mode, {hertz:.1} Hz");
+    let of_lambda = format!("{INTEGRAL} of Lambda_position");
+    let of_moments = format!(
+        "moments of {moment:.0} N.m on {inertia:.0} kg.m2, adapted at {ADAPTATION} of the mode"
+    );
+    let K_i = machine.controller.K_i;
+    let of_motor = format!("a motor loop of {MOTOR} 1/s with K_i = {K_i}");
+    let of_wrist = format!("{} of kappa_KA", TURN / WRIST);
+    let gains = [
+        ("Lambda_position", lambda, "1/s", of_mode),
+        ("omega_tip", INTEGRAL * lambda, "1/s", of_lambda),
+        ("gamma", gamma, "J", of_moments),
+        ("K_v", MOTOR / motor, "V.s/m", of_motor),
+        ("omega_d", OBSERVER, "1/s", "sampling and delay".into()),
+        ("kappa_KA", WRIST, "1/s", "lag of the wrist's drives".into()),
+        ("Lambda_orientation", TURN, "1/s", of_wrist),
+    ];
+    let rounded = gains.map(|(name, value, unit, why)| RuledGain {
+        name,
+        value: two_digits(value),
+        unit,
+        why,
+    });
+    rounded.into()
 }
 
 /// `value` rounded to two digits.

@@ -16,6 +16,9 @@ const STEP: f64 = 0.01;
 /// Largest number of checked points; on paths of more than 500 s they are further apart.
 const POINTS: f64 = 50_000.0;
 
+/// Margin of each quantity, in the order of [`Quantity::all`].
+type Margins = [Margin; Quantity::COUNT];
+
 /// Result of the check of a path.
 #[derive(Clone, Debug)]
 pub struct PathCheck {
@@ -105,7 +108,7 @@ pub fn check(
     path: &TipPath,
     machine: &Machine,
     zeta: &[f64; 6],
-    mut observe: impl FnMut(f64, &[Margin; Quantity::COUNT]),
+    mut observe: impl FnMut(f64, &Margins),
 ) -> Result<PathCheck, HdrmError> {
     let kinematics = Kinematics::new(machine)?;
     let limits = AllowedRanges::from_machine(machine);
@@ -206,13 +209,7 @@ impl Log {
         }
     }
 
-    fn add(
-        &mut self,
-        path: &TipPath,
-        t: f64,
-        margins: &[Margin; Quantity::COUNT],
-        tau_e: &[f64; 3],
-    ) {
+    fn add(&mut self, path: &TipPath, t: f64, margins: &Margins, tau_e: &[f64; 3]) {
         for (k, margin) in margins.iter().enumerate() {
             // NaN counts as the smallest margin.
             let (least, part) = (&mut self.least[k], margin.part());
@@ -231,22 +228,18 @@ impl Log {
 
     fn finish(self, rated: [f64; 3]) -> PathCheck {
         let torque_rms = self.squares.map(|sum| (sum / self.count.max(1.0)).sqrt());
-        let passed = self
-            .first
-            .iter()
-            .zip(&self.least)
-            .filter_map(|(first, least)| {
-                let (place, t) = (*first)?;
-                let (t_worst, worst) = *least;
+        let mut limits = Vec::new();
+        for (first, (t_worst, worst)) in self.first.into_iter().zip(self.least) {
+            if let Some((place, t)) = first {
                 let limit = Finding::Limit {
                     place,
                     t,
                     worst,
                     t_worst,
                 };
-                Some((t, limit))
-            });
-        let mut limits: Vec<_> = passed.collect();
+                limits.push((t, limit));
+            }
+        }
         limits.sort_by(|a, b| a.0.total_cmp(&b.0));
         let limits = limits.into_iter().map(|(_, limit)| limit);
         let hot = (0..3).filter(|&axis| torque_rms[axis] > rated[axis]);

@@ -118,13 +118,8 @@ impl Row<'_> {
             0 => Ok(None),
             _ if given == N => Ok(Some(numbers)),
             _ => {
-                let all = names.join(", ");
-                Err(refused(
-                    &self.place,
-                    &all,
-                    "given in part",
-                    "given all or left out",
-                ))
+                let (all, rule) = (names.join(", "), "given all or left out");
+                Err(refused(&self.place, &all, "given in part", rule))
             }
         }
     }
@@ -141,12 +136,8 @@ impl Row<'_> {
             com: com.unwrap_or_default(),
         });
         if load.is_none() && com.is_some() {
-            return Err(refused(
-                &self.place,
-                "load_mass",
-                "left out",
-                "given with com_x, com_y, com_z",
-            ));
+            let rule = "given with com_x, com_y, com_z";
+            return Err(refused(&self.place, "load_mass", "left out", rule));
         }
         Ok(Waypoint {
             position: self.position()?.into(),

@@ -50,13 +50,12 @@ impl Iso9283 {
             "iso9283-rectangle" => (TestKind::Lines, 10),
             _ => return None,
         };
-        let refuse = |cycles: &str| {
-            let rule = format!("a whole number of cycles from 1 to {CYCLES_MAX}");
-            refused(base, "cycles", cycles, rule)
-        };
         let read = |text: &str| match text.parse() {
             Ok(cycles) if (1..=CYCLES_MAX).contains(&cycles) => Ok(cycles),
-            _ => Err(refuse(text)),
+            _ => {
+                let rule = format!("a whole number of cycles from 1 to {CYCLES_MAX}");
+                Err(refused(base, "cycles", text, rule))
+            }
         };
         let cycles = cycles.map_or(Ok(standard), read);
         Some(cycles.map(|cycles| Self { kind, cycles }))

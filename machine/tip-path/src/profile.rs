@@ -22,37 +22,29 @@ impl Profile {
     /// The fastest profile with at most these rates, 1/s, 1/s² and 1/s³, all greater than 0.
     pub fn fastest(v: f64, a: f64, j: f64) -> Self {
         // Where the acceleration is not reached: t_a = 2 t_j.
-        let to_speed = |v: f64| {
-            if v * j < a * a {
-                let t_j = (v / j).sqrt();
-                (t_j, 2.0 * t_j)
-            } else {
-                (a / j, a / j + v / a)
-            }
-        };
-        let (t_j, t_a) = to_speed(v);
-        if v * t_a <= 1.0 {
-            let duration = 1.0 / v + t_a;
-            return Self {
-                jerk: j,
-                t_j,
-                t_a,
-                duration,
-            };
-        }
-        // The speed is not reached: both halves are acceleration and its end only.
-        let t_j = a / j;
-        let (t_j, t_a) = if 2.0 * a * t_j * t_j <= 1.0 {
-            (t_j, 0.5 * t_j + (0.25 * t_j * t_j + 1.0 / a).sqrt())
-        } else {
-            let t_j = libm::cbrt(0.5 / j);
+        let (mut t_j, mut t_a) = if v * j < a * a {
+            let t_j = (v / j).sqrt();
             (t_j, 2.0 * t_j)
+        } else {
+            (a / j, a / j + v / a)
         };
+        let mut duration = 1.0 / v + t_a;
+        if v * t_a > 1.0 {
+            // The speed is not reached: both halves are acceleration and its end only.
+            t_j = a / j;
+            (t_j, t_a) = if 2.0 * a * t_j * t_j <= 1.0 {
+                (t_j, 0.5 * t_j + (0.25 * t_j * t_j + 1.0 / a).sqrt())
+            } else {
+                let t_j = libm::cbrt(0.5 / j);
+                (t_j, 2.0 * t_j)
+            };
+            duration = 2.0 * t_a;
+        }
         Self {
             jerk: j,
             t_j,
             t_a,
-            duration: 2.0 * t_a,
+            duration,
         }
     }
 

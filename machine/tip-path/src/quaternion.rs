@@ -13,10 +13,6 @@ pub(crate) fn unit(place: &str, [w, x, y, z]: [f64; 4]) -> Result<UnitQuaternion
         return Ok(UnitQuaternion::new_normalize(q));
     }
     let rule = format!("a quaternion w, x, y, z of length 1; its length is {length:.4}");
-    Err(refused(
-        place,
-        "orientation",
-        format_args!("[{w}, {x}, {y}, {z}]"),
-        rule,
-    ))
+    let given = format!("[{w}, {x}, {y}, {z}]");
+    Err(refused(place, "orientation", given, rule))
 }

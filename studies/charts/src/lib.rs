@@ -67,10 +67,7 @@ pub struct Path3 {
 
 /// Something that can be drawn on any backend.
 pub trait Picture {
-    /// Draws it.
-    ///
-    /// # Errors
-    /// The backend fails.
+    /// Draws it; fails only if the backend does.
     fn draw<B: DrawingBackend>(&self, area: &Area<'_, B>) -> DrawResult<B>;
 }
 

@@ -77,10 +77,8 @@ pub struct Report {
 
 impl Report {
     /// Makes all runs, in parallel; calls `progress` with the number of finished runs and of all.
-    /// A run that fails is named in the report.
-    ///
-    /// # Errors
-    /// No run of the table succeeds, or the machine file cannot be used.
+    /// A run that fails is named in the report. An error if no run of the table succeeds, or the
+    /// machine file cannot be used.
     pub fn new(request: &Request<'_>, progress: impl Fn(u64, u64) + Sync) -> Result<Self> {
         let (system, base) = (request.system, request.base);
         let machine = MachineFile::from_manipulator(system, &base.settings)?;

@@ -19,24 +19,18 @@ impl Session<'_> {
     pub fn event_call(&mut self, i: usize) -> Result<Call> {
         let mut update = Update::default();
         let which = self.random.below(8);
-        let instance: &RawInstance = &self.instances[i];
-        let (name, status, next) = match which {
-            0..3 => {
-                let status = instance.enter_event_mode();
-                ("fmi3EnterEventMode", status, Some(Mode::Event))
-            }
-            3..6 => {
-                let status = instance.enter_step_mode();
-                ("fmi3EnterStepMode", status, Some(Mode::Stepping))
-            }
-            6 => {
-                let status = instance.update_discrete_states(&mut update);
-                ("fmi3UpdateDiscreteStates", status, None)
-            }
-            _ => {
-                let status = instance.evaluate_discrete_states();
-                ("fmi3EvaluateDiscreteStates", status, None)
-            }
+        let c: &RawInstance = &self.instances[i];
+        let (name, next) = match which {
+            0..3 => ("fmi3EnterEventMode", Some(Mode::Event)),
+            3..6 => ("fmi3EnterStepMode", Some(Mode::Stepping)),
+            6 => ("fmi3UpdateDiscreteStates", None),
+            _ => ("fmi3EvaluateDiscreteStates", None),
+        };
+        let status = match which {
+            0..3 => c.enter_event_mode(),
+            3..6 => c.enter_step_mode(),
+            6 => c.update_discrete_states(&mut update),
+            _ => c.evaluate_discrete_states(),
         };
         self.trace(i, format_args!("{name}()"));
         let call = self.plain(i, name, status, Expect::Done);
@@ -155,17 +149,15 @@ impl Session<'_> {
             which => which,
         };
         use Access::*;
-        let instance = &self.instances[i];
+        let (c, one) = (&self.instances[i], Array::Elements(&[vr]));
         let names = |access| self.fmu.functions.names_of(access);
         let mut get = |access, n| {
-            let status =
-                instance.get_numbers(access, Array::Elements(&[vr]), Some(&mut values_read), n);
+            let status = c.get_numbers(access, one, Some(&mut values_read), n);
             (names(access)[0], status)
         };
         let values = vec![0; size + 2];
         let set = |access, n| {
-            let status =
-                instance.set_numbers(access, Array::Elements(&[vr]), Array::Elements(&values), n);
+            let status = c.set_numbers(access, one, Array::Elements(&values), n);
             (names(access)[1], status)
         };
         let (name, status) = match which {
@@ -174,23 +166,14 @@ impl Session<'_> {
                 get(types[which], size)
             }
             7..11 => set([Float32, Int8, UInt16, UInt64][which - 7], size),
-            11 => ("fmi3GetClock", instance.get_clock(vr, &mut false)),
-            12 => ("fmi3SetClock", instance.set_clock(vr, false)),
-            13 => (
-                "fmi3EnterConfigurationMode",
-                instance.enter_configuration_mode(),
-            ),
-            14 => (
-                "fmi3ExitConfigurationMode",
-                instance.exit_configuration_mode(),
-            ),
-            15 => (
-                "fmi3GetIntervalDecimal",
-                instance.get_interval(vr, &mut 0.0, None),
-            ),
-            16 => ("fmi3SetIntervalDecimal", instance.set_interval(vr, 0.0)),
-            17 => ("fmi3GetShiftDecimal", instance.get_shift(vr, &mut 0.0)),
-            18 => ("fmi3SetShiftFraction", instance.set_shift(vr, 0, 0)),
+            11 => ("fmi3GetClock", c.get_clock(vr, &mut false)),
+            12 => ("fmi3SetClock", c.set_clock(vr, false)),
+            13 => ("fmi3EnterConfigurationMode", c.enter_configuration_mode()),
+            14 => ("fmi3ExitConfigurationMode", c.exit_configuration_mode()),
+            15 => ("fmi3GetIntervalDecimal", c.get_interval(vr, &mut 0.0, None)),
+            16 => ("fmi3SetIntervalDecimal", c.set_interval(vr, 0.0)),
+            17 => ("fmi3GetShiftDecimal", c.get_shift(vr, &mut 0.0)),
+            18 => ("fmi3SetShiftFraction", c.set_shift(vr, 0, 0)),
             19 => get(Real, size + 1),
             20 => set(Real, size + 1),
             21 => get(Real, size - 1),

@@ -3,6 +3,7 @@
 use crate::arguments::{c_string, integer, real};
 use crate::oracle::{Call, Expect};
 use crate::session::Session;
+use crate::subject::NEW;
 use anyhow::Result;
 use fmi_import::log::Log;
 use fmi_import::raw::{
@@ -82,7 +83,7 @@ impl Session<'_> {
         let is_3 = f.is_fmi3();
         let instance = &mut self.instances[i];
         match next {
-            Some(Mode::Instantiated) if status == OK => instance.note_reset(),
+            Some(Mode::Instantiated) if status == OK => instance.known = NEW,
             Some(mode) if status == OK => {
                 instance.known.mode = mode;
                 if is_3 && mode == Mode::Initialization {
@@ -261,30 +262,21 @@ impl Session<'_> {
     /// Functions with `c` = NULL.
     pub fn without_instance(&mut self, i: usize) -> Result<Call> {
         let f = &self.fmu.functions;
-        let null = RawInstance::null(f);
+        let c = RawInstance::null(f);
         let (vr, mut number) = (Array::Elements(&[0]), [0.0]);
+        let (mut end, mut state) = (StepEnd::default(), StateHandle::NULL);
         let which = self.random.below(8);
         self.trace(i, format_args!("a call without instance, number {which}"));
         let (name, status) = match which {
-            0 => {
-                let status = null.do_step(0.0, 1e-3, 1, &mut StepEnd::default());
-                ("fmi2DoStep", status)
-            }
-            1 => ("fmi2GetReal", null.get_reals(vr, Some(&mut number))),
-            2 => ("fmi2SetReal", null.set_reals(vr, Array::Elements(&number))),
-            3 => ("fmi2Reset", null.reset()),
-            4 => ("fmi2Terminate", null.terminate()),
-            5 => {
-                let mut state = StateHandle::NULL;
-                let status = null.get_state(Some(&mut state));
-                ("fmi2GetFMUstate", status)
-            }
-            6 if f.is_fmi3() => ("fmi3EnterStepMode", null.enter_step_mode()),
-            6 => ("fmi2CancelStep", null.cancel_step()),
-            _ => (
-                "fmi2ExitInitializationMode",
-                null.exit_initialization_mode(),
-            ),
+            0 => ("fmi2DoStep", c.do_step(0.0, 1e-3, 1, &mut end)),
+            1 => ("fmi2GetReal", c.get_reals(vr, Some(&mut number))),
+            2 => ("fmi2SetReal", c.set_reals(vr, Array::Elements(&number))),
+            3 => ("fmi2Reset", c.reset()),
+            4 => ("fmi2Terminate", c.terminate()),
+            5 => ("fmi2GetFMUstate", c.get_state(Some(&mut state))),
+            6 if f.is_fmi3() => ("fmi3EnterStepMode", c.enter_step_mode()),
+            6 => ("fmi2CancelStep", c.cancel_step()),
+            _ => ("fmi2ExitInitializationMode", c.exit_initialization_mode()),
         };
         let name = f.name(name);
         Ok(Call {

@@ -1,7 +1,7 @@
 //! The oracle of `torture calls`: which statuses a call may return, by the standard and the model
 //! description, and the check of its status and messages.
 
-use crate::subject::Subject;
+use crate::subject::{CATEGORIES, Subject};
 use anyhow::{Context, Result, anyhow, ensure};
 use fmi_import::log::Message;
 use fmi_import::status::{DISCARD, ERROR, OK, WARNING};
@@ -144,15 +144,7 @@ fn is_plain(format: &str) -> bool {
 
 /// The category that belongs to a status.
 fn category(status: c_int) -> Option<&'static str> {
-    [
-        "logEvents",
-        "logStatusWarning",
-        "logStatusDiscard",
-        "logStatusError",
-        "logStatusFatal",
-    ]
-    .get(usize::try_from(status).ok()?)
-    .copied()
+    CATEGORIES.get(usize::try_from(status).ok()?).copied()
 }
 
 #[cfg(test)]

@@ -30,7 +30,17 @@ impl KnownState {
     }
 }
 
-const NEW: KnownState = KnownState {
+/// Categories of messages, each at the place of the status that it belongs to.
+pub const CATEGORIES: [&str; 5] = [
+    "logEvents",
+    "logStatusWarning",
+    "logStatusDiscard",
+    "logStatusError",
+    "logStatusFatal",
+];
+
+/// What is known of a new instance, and of one that was reset.
+pub const NEW: KnownState = KnownState {
     mode: Mode::Instantiated,
     time: 0.0,
     has_stop: false,
@@ -74,12 +84,6 @@ impl<'a> Subject<'a> {
     /// fmi2SetDebugLogging: all or only the named categories on, all or the named ones off;
     /// fmi3SetDebugLogging `adds` to those that are on.
     pub fn set_logging(&mut self, on: bool, named: Vec<String>, adds: bool) {
-        let every = [
-            "logEvents",
-            "logStatusWarning",
-            "logStatusDiscard",
-            "logStatusError",
-        ];
         let is_named = |c: &&str| named.iter().any(|n| n == c || n == "logAll");
         let was_on = |c: &str| self.categories.iter().any(|n| n == c);
         let stays = |c: &&str| match (on, named.is_empty()) {
@@ -88,7 +92,8 @@ impl<'a> Subject<'a> {
             (false, true) => false,
             (false, false) => was_on(c) && !is_named(c),
         };
-        let wanted = every.into_iter().filter(stays).map(str::to_owned);
+        let every = CATEGORIES[..4].iter().copied();
+        let wanted = every.filter(stays).map(str::to_owned);
         self.categories = wanted.collect();
     }
 
@@ -97,11 +102,6 @@ impl<'a> Subject<'a> {
     pub fn expects(&self, category: &str) -> bool {
         let is_never_muted = category == "logStatusError" && !self.fmu.functions.is_fmi3();
         is_never_muted || self.categories.iter().any(|n| n == category)
-    }
-
-    /// Notes a reset.
-    pub fn note_reset(&mut self) {
-        self.known = NEW;
     }
 
     /// From Instantiated to Step Mode at 0 s, with the start values.
@@ -125,7 +125,7 @@ impl<'a> Subject<'a> {
 
     /// fmi2Reset, which must succeed.
     pub fn reset(&mut self) -> Result<()> {
-        self.note_reset();
+        self.known = NEW;
         self.instance.enter(Mode::Instantiated)
     }
 

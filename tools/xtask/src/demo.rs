@@ -84,8 +84,5 @@ fn program(workspace: &Workspace, name: &str) -> Result<PathBuf> {
     let packages = PAPER.iter().chain(&PROGRAMS);
     let packages = packages.flat_map(|name| ["--package", *name]);
     let targets: Vec<_> = packages.chain(["--bin", name]).collect();
-    let mut built = workspace.build(PROFILE, &targets)?;
-    built
-        .remove(name)
-        .with_context(|| format!("there is no program `{name}`"))
+    workspace.build_program(PROFILE, &targets, name)
 }

@@ -21,10 +21,10 @@ use clap::Args;
 use sha2::{Digest, Sha256};
 
 use crate::python::Python;
-use crate::workspace::{FMU_PROFILE, Workspace, is_ci, profile};
+use crate::workspace::{FMU_PROFILE, Workspace, file_name, files, is_ci, profile};
 use crate::{pack, web, wheel};
 pub use check::{prepare, try_wheel};
-use folder::{CHECKSUMS, Dist, file_name, files};
+use folder::{CHECKSUMS, Dist};
 use listing::Listing;
 
 #[derive(Args)]

@@ -9,7 +9,7 @@ use cargo_fmu::workspace::Source;
 use fmi_description::entries::{self, Entries};
 
 use crate::variants;
-use crate::workspace::{FMU_PROFILE, Workspace, profile};
+use crate::workspace::{FMU_PROFILE, Workspace, archives, file_name, profile};
 
 /// A system structure of the repository, and the archive that it is packed into.
 struct System {
@@ -77,14 +77,9 @@ pub fn paper_with(workspace: &Workspace, arguments: &[String], out: &Path) -> Re
 /// Names of the files that [`suite`] writes; its folder may hold other FMUs, such as the examples.
 pub fn names(workspace: &Workspace) -> Result<Vec<String>> {
     let mut names: Vec<String> = SYSTEMS.iter().map(|s| s.archive.to_string()).collect();
-    let descriptions = workspace.root.join("modelDescription");
-    for entry in fs::read_dir(&descriptions).with_context(|| descriptions.display().to_string())? {
-        let path = entry?.path();
-        if path.extension().is_some_and(|suffix| suffix == "xml") {
-            let name = path.with_extension("fmu");
-            names.extend(name.file_name().map(|n| n.to_string_lossy().into_owned()));
-        }
-    }
+    let descriptions = archives(&workspace.root.join("modelDescription"), "xml")?;
+    let fmus = descriptions.iter().map(|path| path.with_extension("fmu"));
+    names.extend(fmus.map(|path| file_name(&path)));
     Ok(names)
 }
 

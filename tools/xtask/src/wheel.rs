@@ -14,7 +14,7 @@ use fmi_description::entries;
 use fmi_import::portability;
 
 use crate::python::Python;
-use crate::workspace::{FMU_PROFILE, Workspace, profile};
+use crate::workspace::{FMU_PROFILE, Workspace, archives, file_name, profile};
 use crate::{dist, pack};
 
 /// The program that compiles the native module and writes the wheel.
@@ -125,15 +125,9 @@ fn prepare(workspace: &Workspace, fmus: &Path, triple: &str) -> Result<()> {
         let from = fmus.join(&name);
         fs::copy(&from, data.join(&name)).with_context(|| from.display().to_string())?;
     }
-    let of_repository = workspace.root.join("parameters");
-    for entry in fs::read_dir(&of_repository)? {
-        let from = entry?.path();
-        if let (Some(name), true) = (
-            from.file_name(),
-            from.extension().is_some_and(|s| s == "json"),
-        ) {
-            fs::copy(&from, parameters.join(name)).with_context(|| from.display().to_string())?;
-        }
+    for from in archives(&workspace.root.join("parameters"), "json")? {
+        let to = parameters.join(file_name(&from));
+        fs::copy(&from, to).with_context(|| from.display().to_string())?;
     }
     let notices = Notices::new(&workspace.cargo)?;
     for (name, bytes) in notices.files(&workspace.cargo, "hdrm-fmu-python", &[triple])? {
@@ -145,10 +139,8 @@ fn prepare(workspace: &Workspace, fmus: &Path, triple: &str) -> Result<()> {
     Ok(())
 }
 
-/// Builds the wheel with the FMUs of a folder into `out`: for this machine or a platform.
-///
-/// # Errors
-/// A build fails, or the module or an FMU would not run on every machine of the platform.
+/// Builds the wheel with the FMUs of a folder into `out`: for this machine or a platform. Refuses a
+/// module or an FMU that would not run on every machine of the platform.
 pub fn build(
     workspace: &Workspace,
     fmus: &Path,

@@ -1,7 +1,9 @@
-//! This repository's workspace, for all commands: its folders, its FMUs, and how cargo builds it.
+//! This repository's workspace, for all commands: its folders, their files, its FMUs, and how cargo
+//! builds it.
 
 use std::collections::BTreeMap;
 use std::ffi::OsStr;
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -87,12 +89,46 @@ impl Workspace {
     pub fn build_programs(&self, names: &[&str]) -> Result<PathBuf> {
         let programs = names.iter().flat_map(|name| ["--bin", name]);
         let targets: Vec<_> = ["--workspace"].into_iter().chain(programs).collect();
-        let mut built = self.build("release", &targets)?;
-        let name = names.first().context("a program")?;
-        built
-            .remove(*name)
-            .with_context(|| format!("there is no program `{name}`"))
+        self.build_program("release", &targets, names.first().context("a program")?)
     }
+
+    /// As [`Self::build`]; the file of the program `name`.
+    pub fn build_program(&self, profile: &str, targets: &[&str], name: &str) -> Result<PathBuf> {
+        let program = self.build(profile, targets)?.remove(name);
+        program.with_context(|| format!("there is no program `{name}`"))
+    }
+}
+
+/// The files with this suffix in a folder itself, sorted by name.
+pub fn archives(folder: &Path, suffix: &str) -> Result<Vec<PathBuf>> {
+    let mut all = files(folder)?;
+    let is_one = |path: &PathBuf| {
+        path.parent() == Some(folder) && path.extension().is_some_and(|e| e == suffix)
+    };
+    all.retain(is_one);
+    Ok(all)
+}
+
+/// All files below a folder, sorted by name.
+pub fn files(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).with_context(|| folder.display().to_string())? {
+        let path = entry?.path();
+        match path.is_dir() {
+            true => found.extend(files(&path)?),
+            false => found.push(path),
+        }
+    }
+    found.sort();
+    Ok(found)
+}
+
+/// Name of a file.
+pub fn file_name(path: &Path) -> String {
+    path.file_name()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned()
 }
 
 /// Whether this is continuous integration (environment variable CI).

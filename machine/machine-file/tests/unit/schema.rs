@@ -3,7 +3,7 @@
 //! which are asked.
 
 use crate::per_axis::AXES;
-use crate::sections::SECTIONS_PER_AXIS;
+use crate::per_axis::SECTIONS_PER_AXIS;
 use crate::shape::template;
 use crate::source::PRESETS;
 use crate::{Machine, SCHEMA_JSON};

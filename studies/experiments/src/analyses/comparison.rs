@@ -20,10 +20,8 @@ const AHEAD: f64 = 1.5;
 pub type TrackingCell = Cell<Tracking>;
 
 /// Runs every law on every case and these trajectories in parallel; the cells come law by law.
-/// `done` is called after each run. A failed run keeps its error and the others go on.
-///
-/// # Errors
-/// A law that the controller does not have, or a start value of a case that is set already.
+/// `done` is called after each run. A failed run keeps its error and the others go on. Fails if the
+/// controller does not have a law, or a start value of a case is set already.
 pub fn run(
     system: &System,
     base: &Experiment,

@@ -57,11 +57,8 @@ pub fn run(
     store: &RunStore,
     done: impl Fn() + Sync,
 ) -> Result<Vec<DrawnRun>> {
-    let common = [
-        law.settings(system)?,
-        trajectory_settings(system, trajectory)?,
-    ]
-    .concat();
+    let mut common = law.settings(system)?;
+    common.extend(trajectory_settings(system, trajectory)?);
     let one = |case: &Case| {
         let experiment = case.apply((system, base), &common)?;
         let name = format!("{} {trajectory} {}", law.name, case.label);

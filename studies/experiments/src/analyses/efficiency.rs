@@ -35,10 +35,7 @@ pub struct Map {
 }
 
 /// Computes the map of the first component that has an efficiency, with the start values of the
-/// structure and of `base`.
-///
-/// # Errors
-/// No component has one, or an instance fails.
+/// structure and of `base`. Fails if no component has one, or an instance fails.
 pub fn map(system: &System, base: &Experiment) -> Result<Map> {
     let is_actuator = |k: &usize| system.port_of(*k, VALID).is_ok();
     let actuator = (0..system.fmus.len()).find(is_actuator);

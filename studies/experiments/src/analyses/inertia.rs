@@ -25,10 +25,7 @@ pub fn paper(trajectory: &str, scale: f64) -> Option<f64> {
     Some(PAPER[column][row])
 }
 
-/// Factor on all inertias of the manipulator in a cell.
-///
-/// # Panics
-/// The cell is not of this analysis.
+/// Factor on all inertias of the manipulator in a cell, which must be of this analysis.
 pub fn scale_of<T>(cell: &Cell<T>) -> f64 {
     cell.case.parse().expect("cases are named by their scales")
 }
@@ -43,22 +40,16 @@ pub(crate) fn run(
     done: impl Fn() + Sync,
 ) -> Result<Vec<Cell<TipError>>> {
     let measure = |plan: &Plan| {
-        let outcome = run_once(
-            system,
-            &plan.experiment,
-            &|_, _| (),
-            &mut Observers(Vec::new()),
-        )?;
+        let none = &mut Observers(Vec::new());
+        let outcome = run_once(system, &plan.experiment, &|_, _| (), none)?;
         Ok((outcome.tip, outcome.verdict()))
     };
     measured(system, base, measure, done)
 }
 
 /// Runs all cells under `base`, the controllers of a scale one after the other, with what `measure`
-/// makes of a run; `done` is called after each.
-///
-/// # Errors
-/// `base` sets what is varied here; this is found before the first run.
+/// makes of a run; `done` is called after each. Fails before the first run if `base` sets what is
+/// varied here.
 pub fn measured<T: Send>(
     system: &System,
     base: &Experiment,

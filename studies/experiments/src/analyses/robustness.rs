@@ -197,10 +197,8 @@ fn scaled(system: &System, base: &Experiment, variable: &str, factor: f64) -> Re
 }
 
 /// Runs all cells of a study in parallel, the controllers of a case one after the other; `done` is
-/// called after each. A failed cell keeps its error and the others go on.
-///
-/// # Errors
-/// `base` sets what the study varies; this is found before the first run.
+/// called after each. A failed cell keeps its error and the others go on. Fails before the first run
+/// if `base` sets what the study varies.
 pub fn run(
     system: &System,
     base: &Experiment,

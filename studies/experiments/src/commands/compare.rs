@@ -69,11 +69,8 @@ pub fn compare(args: &CompareArgs) -> Result<Verdict> {
         let paper = trajectory.filter(|_| *mode == "adaptive");
         let paper = paper.and_then(|trajectory| inertia::paper(trajectory, scale));
         let paper = paper.map_or("-".into(), |m| format!("{:.1}", 1e3 * m));
-        let (rms, max, factor) = (
-            1e3 * tip.rms(),
-            1e3 * tip.max,
-            outcome.run.real_time_factor(),
-        );
+        let (rms, max) = (1e3 * tip.rms(), 1e3 * tip.max);
+        let factor = outcome.run.real_time_factor();
         writeln!(
             text,
             "{mode:<12}{rms:>10.4}{max:>10.4}{paper:>14}{factor:>16.0}"

@@ -59,15 +59,9 @@ pub fn draws(args: &DrawsArgs) -> Result<Verdict> {
     let cases = cases(args.world, &system, seeds, args.bounds)?;
     let law = &Law::new(&*args.mode, &args.mode);
     let store = RunStore::new(args.store.as_deref())?;
+    let machine = (&system, &base);
     let runs = with_progress(args.seeds, "machines", |done| {
-        draws::run(
-            (&system, &base),
-            law,
-            &cases.list,
-            &args.trajectory,
-            &store,
-            done,
-        )
+        draws::run(machine, law, &cases.list, &args.trajectory, &store, done)
     })?;
     let counts = Counts::from_runs(runs.iter().map(|draw| &draw.run));
     let (kept, stopped, lost, forced) = (counts.kept, counts.stopped, counts.lost, counts.forced);

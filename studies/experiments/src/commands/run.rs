@@ -41,27 +41,16 @@ pub struct RunArgs {
 pub fn run(args: &RunArgs) -> Result<Verdict> {
     let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
     let mut values: Vec<(_, &dyn Display)> = Vec::new();
-    values.extend(
-        args.trajectory
-            .iter()
-            .map(|value| ("trajectory", value as _)),
-    );
-    values.extend(args.mode.iter().map(|value| ("mode", value as _)));
-    values.extend(
-        args.inertia_scale
-            .iter()
-            .map(|value| ("inertia_scale", value as _)),
-    );
+    values.extend(args.trajectory.iter().map(|v| ("trajectory", v as _)));
+    values.extend(args.mode.iter().map(|v| ("mode", v as _)));
+    let scale = args.inertia_scale.iter();
+    values.extend(scale.map(|v| ("inertia_scale", v as _)));
     let experiment = vary(&system, &base, &values)?;
     let (outcome, accuracy) = logged_run(&system, &experiment, &args.csv, args.quiet)?;
     verdict.extend(outcome.verdict());
     verdict.extend(outcome.tip.verdict(args.max_error));
     let accuracy = accuracy.map_or(String::new(), |measures| measures.to_string());
-    print(format_args!(
-        "{}{accuracy}{}",
-        outcome.summary(),
-        verdict_text(&verdict)
-    ))?;
+    print(outcome.summary() + &accuracy + &verdict_text(&verdict))?;
     if let Some(path) = &args.csv.csv {
         print(format_args!("signals written to {}\n", path.display()))?;
     }

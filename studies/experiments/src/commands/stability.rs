@@ -53,10 +53,8 @@ pub fn stability(args: &StabilityArgs) -> Result<Verdict> {
         stability::judge(&runs, &mut verdict);
         let scale = format!("inertia x {}\n", args.inertia_scale);
         print(scale + &text(&runs))?;
-        let emla = MachineFile::from_manipulator(&system, &base.settings)?
-            .machine
-            .emla
-            .lift;
+        let file = MachineFile::from_manipulator(&system, &base.settings)?;
+        let emla = file.machine.emla.lift;
         let compliance = compliance(&system, &base, &emla)?;
         print(unfitted_text(&runs[0].gains, compliance, emla.L_d))?;
         found["inertia_scale"] = args.inertia_scale.into();

@@ -201,31 +201,17 @@ impl TableArgs {
         let comparisons = studies.iter().filter(|study| study.compares_laws()).count();
         let draws = comparisons > 0 && self.world != World::Ideal;
         let tables = comparisons + usize::from(has(Inertia) || has(All));
-        for (is_given, is_read, option, readers) in [
-            (
-                self.seed.is_some(),
-                draws || has(Noise) || has(All),
-                "--seed",
-                "the study noise, and comparisons of laws outside the ideal world",
-            ),
-            (
-                self.seeds.is_some(),
-                draws || has(Surrogate),
-                "--seeds",
-                "the study surrogate, and comparisons of laws outside the ideal world",
-            ),
-            (
-                !self.laws.is_empty(),
-                comparisons > 0,
-                "--law",
-                "comparisons of laws, such as the study rivals",
-            ),
-            (
-                self.csv.is_some(),
-                tables == 1,
-                "--csv",
-                "one table at a time, of the study inertia or of a comparison of laws",
-            ),
+        let seed = draws || has(Noise) || has(All);
+        let seeds = draws || has(Surrogate);
+        let of_seed = "the study noise, and comparisons of laws outside the ideal world";
+        let of_seeds = "the study surrogate, and comparisons of laws outside the ideal world";
+        let of_law = "comparisons of laws, such as the study rivals";
+        let of_csv = "one table at a time, of the study inertia or of a comparison of laws";
+        for (option, is_given, is_read, readers) in [
+            ("--seed", self.seed.is_some(), seed, of_seed),
+            ("--seeds", self.seeds.is_some(), seeds, of_seeds),
+            ("--law", !self.laws.is_empty(), comparisons > 0, of_law),
+            ("--csv", self.csv.is_some(), tables == 1, of_csv),
         ] {
             ensure!(!is_given || is_read, "{option} is for {readers}");
         }
@@ -252,15 +238,11 @@ impl TableArgs {
 impl Tables<'_> {
     /// Compares the laws of `study` on the cases of the world.
     fn compare(&mut self, study: StudyArg, cases: &[Case]) -> Result<()> {
-        let RunSetup {
-            system,
-            base,
-            verdict,
-        } = &mut self.setup;
+        let setup = &mut self.setup;
+        let (system, base, verdict) = (&setup.system, &setup.base, &mut setup.verdict);
         let world = self.args.world;
-        let network = (study == StudyArg::Tried)
-            .then(RigNetwork::new)
-            .transpose()?;
+        let network = (study == StudyArg::Tried).then(RigNetwork::new);
+        let network = network.transpose()?;
         let laws = match (study, &network) {
             (StudyArg::Ablation, _) => laws::ablation(),
             (StudyArg::IntegralRate, _) => laws::integral_rates(),

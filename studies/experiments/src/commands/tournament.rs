@@ -178,10 +178,8 @@ fn gains<'a>(tuned: impl Iterator<Item = &'a Tuned>) -> String {
             Some(cost) => format!("cost {:.3} mm", 1e3 * cost),
             None => "lost with every candidate, so as shipped".into(),
         };
-        let gains = t
-            .gains
-            .iter()
-            .map(|(name, value)| format!("{name} {value:.4}"));
+        let gain = |(name, value): &(_, _)| format!("{name} {value:.4}");
+        let gains = t.gains.iter().map(gain);
         text += &format!(
             "{}: {cost}, {} of {} candidates kept every run; {}\n",
             t.law,

@@ -2,8 +2,6 @@
 //! legend of `machine draw` compare it with the torque that holds the machine.
 #![allow(non_snake_case)] // symbols of the machine file
 
-use std::fmt;
-
 use machine_file::{Emla, Heat, Machine, Ratings};
 use surrogate::measurement::windows::{magnets, resistance};
 
@@ -17,27 +15,12 @@ const AIR: f64 = 313.15;
 pub struct ContinuousTorque {
     /// Torque, N·m.
     pub torque: f64,
-    /// What limits it.
-    pub by: TorqueLimit,
+    /// What limits it: [`RATED`] or [`WINDING`].
+    pub by: &'static str,
 }
 
-/// What limits a continuous torque.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum TorqueLimit {
-    /// The rated torque.
-    Rating,
-    /// The winding's temperature.
-    Winding,
-}
-
-impl fmt::Display for TorqueLimit {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Rating => "rated",
-            Self::Winding => "winding at 155 °C",
-        })
-    }
-}
+const RATED: &str = "rated";
+const WINDING: &str = "winding at 155 °C";
 
 impl ContinuousTorque {
     /// The torques of slew, lift and tilt.
@@ -49,10 +32,9 @@ impl ContinuousTorque {
     /// The lower of the rated torque and the one at which the winding settles at its limit.
     fn new(emla: &Emla, ratings: &Ratings) -> Self {
         let (warm, rated) = (warm_torque(emla), ratings.motor_torque);
-        let (torque, by) = if warm < rated {
-            (warm, TorqueLimit::Winding)
-        } else {
-            (rated, TorqueLimit::Rating)
+        let (torque, by) = match warm < rated {
+            true => (warm, WINDING),
+            false => (rated, RATED),
         };
         Self { torque, by }
     }
@@ -109,7 +91,7 @@ mod tests {
         machine.ratings.lift.motor_torque = 1e3;
         machine.ratings.tilt.motor_torque = 1.0;
         let [_, lift, tilt] = ContinuousTorque::from_machine(&machine);
-        assert_eq!(lift.by, TorqueLimit::Winding);
-        assert_eq!((tilt.by, tilt.torque), (TorqueLimit::Rating, 1.0));
+        assert_eq!(lift.by, WINDING);
+        assert_eq!((tilt.by, tilt.torque), (RATED, 1.0));
     }
 }

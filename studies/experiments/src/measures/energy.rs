@@ -141,31 +141,19 @@ pub fn run(system: &System, experiment: &Experiment) -> Result<Energies> {
 
 /// The variables that must be recorded at every communication point. Fails without an actuator.
 pub fn ports(system: &System) -> Result<Vec<Port>> {
-    let shifts = actuators(system).into_iter();
-    let shifts = shifts.filter_map(|k| system.port_of(k, SHIFT).ok());
-    Ok([
-        actuator_ports(system)?,
-        shifts.collect(),
-        supply::ports(system)?,
-    ]
-    .concat())
+    let mut ports = actuator_ports(system)?;
+    let shift = |k| system.port_of(k, SHIFT).ok();
+    ports.extend(actuators(system).into_iter().filter_map(shift));
+    ports.extend(supply::ports(system)?);
+    Ok(ports)
 }
 
 /// The [`OUTPUTS`] of all actuators.
 fn actuator_ports(system: &System) -> Result<Vec<Port>> {
-    let actuators = actuators(system);
-    ensure!(
-        !actuators.is_empty(),
-        "no component has an output `{}`",
-        OUTPUTS[0]
-    );
-    let mut ports = Vec::new();
-    for k in &actuators {
-        for output in OUTPUTS {
-            ports.push(system.port_of(*k, output)?);
-        }
-    }
-    Ok(ports)
+    let (actuators, name) = (actuators(system), OUTPUTS[0]);
+    ensure!(!actuators.is_empty(), "no component has an output `{name}`");
+    let outputs = |k| OUTPUTS.map(|name| system.port_of(k, name));
+    actuators.into_iter().flat_map(outputs).collect()
 }
 
 /// The energies of a run in which [`ports`] were recorded.
@@ -185,10 +173,8 @@ pub fn evaluate(system: &System, recorded: &RecordedRun) -> Result<Energies> {
 
 /// Balance of the actuator with these [`OUTPUTS`].
 fn balance(system: &System, recorded: &RecordedRun, outputs: &[Port]) -> Result<Balance> {
-    let columns: Vec<&[f64]> = outputs
-        .iter()
-        .map(|port| recorded.motion(*port))
-        .collect::<Result<_>>()?;
+    let columns = outputs.iter().map(|port| recorded.motion(*port));
+    let columns = columns.collect::<Result<Vec<_>>>()?;
     let times = &recorded.recording.times[recorded.motion_start()..];
     let loss = |k: usize| integral(times, columns[k]);
     let shift = match system.port_of(outputs[0].component, SHIFT) {

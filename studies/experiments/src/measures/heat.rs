@@ -46,15 +46,10 @@ impl HeatNetwork {
 
     /// Rates of the temperatures `[winding, housing]`, K/s, with losses of `copper` and `iron`, W.
     fn rates(&self, [T_w, T_h]: [f64; 2], copper: f64, iron: f64) -> [f64; 2] {
-        let Heat {
-            C_w,
-            R_wh,
-            C_h,
-            R_ha,
-        } = self.heat;
-        let inside = (T_w - T_h) / R_wh;
-        let outside = (T_h - self.ambient) / R_ha;
-        [(copper - inside) / C_w, (inside + iron - outside) / C_h]
+        let p = &self.heat;
+        let inside = (T_w - T_h) / p.R_wh;
+        let outside = (T_h - self.ambient) / p.R_ha;
+        [(copper - inside) / p.C_w, (inside + iron - outside) / p.C_h]
     }
 
     /// Temperatures after the cycle has been repeated for `duration`, s, starting at the ambient
@@ -63,14 +58,12 @@ impl HeatNetwork {
     pub fn temperatures_after(&self, cycle: &Cycle, duration: f64) -> Temperatures {
         let mut T = [self.ambient; 2];
         let mut winding_max = self.ambient;
-        let Temperature {
-            reference, copper, ..
-        } = Temperature::TYPICAL;
-        let hot = |T_w: f64| 1.0 + copper * (T_w - reference);
+        let p = Temperature::TYPICAL;
+        let hot = |T_w: f64| 1.0 + p.copper * (T_w - p.reference);
         // An empty cycle leaves the ambient temperature.
         let steps = (duration / cycle.step) as u64;
         for (k, _) in (0..cycle.copper.len()).cycle().zip(0..steps) {
-            let arose = cycle.winding.get(k).copied().unwrap_or(reference);
+            let arose = cycle.winding.get(k).copied().unwrap_or(p.reference);
             let rates = |T: [f64; 2]| {
                 let copper = cycle.copper[k] * hot(T[0]) / hot(arose);
                 self.rates(T, copper, cycle.iron[k])

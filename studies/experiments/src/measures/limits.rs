@@ -242,9 +242,7 @@ impl Limit {
     }
 
     fn judge(&self, samples: u64, verdict: &mut Verdict) {
-        let Self {
-            name, unit, worst, ..
-        } = self;
+        let (name, unit) = (&self.name, self.unit);
         let limit = short((1e4 * self.limit).round() / 1e4);
         // Five digits, or as many as tell it from the limit.
         let shown = |value: f64| {
@@ -253,10 +251,8 @@ impl Limit {
             short(rounded.flatten().find(differs).unwrap_or(value))
         };
         let samples = samples.max(1) as f64;
-        let (rms, share) = (
-            (self.squares / samples).sqrt(),
-            self.beyond as f64 / samples,
-        );
+        let rms = (self.squares / samples).sqrt();
+        let share = self.beyond as f64 / samples;
         let first = format!("first at t = {:.3} s", self.since);
         let when = format!("for {:.2} % of the time, {first}", 100.0 * share);
         let (is_bad, text) = match self.meaning {
@@ -278,7 +274,7 @@ impl Limit {
                 true,
                 format!(
                     "{name}: up to {} {unit}, more than the rated {limit} {unit} {when}",
-                    shown(*worst)
+                    shown(self.worst)
                 ),
             ),
             Saturation => (

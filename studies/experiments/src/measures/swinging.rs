@@ -57,12 +57,9 @@ pub struct SwingWatch {
 pub fn reference_ports(system: &System) -> Vec<Port> {
     let all = || -> Result<Vec<Port>> {
         let controller = system.port("desired.position[1]")?.component;
+        let position = system.elements(controller, "desired.position", 3)?;
         let orientation = system.elements(controller, "desired.orientation", 4)?;
-        Ok([
-            system.elements(controller, "desired.position", 3)?,
-            orientation,
-        ]
-        .concat())
+        Ok([position, orientation].concat())
     };
     all().unwrap_or_default()
 }

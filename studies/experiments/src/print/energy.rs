@@ -80,10 +80,8 @@ pub fn supply_text(supply: &Supply) -> String {
     line("  lost in the drives", supply.lost);
     line("  rise of stored energy in the drives", supply.stored);
     line("left open", supply.open());
-    line(
-        "went through the bonds in either direction",
-        supply.throughput,
-    );
+    let both = "went through the bonds in either direction";
+    line(both, supply.throughput);
     for range in &supply.ranges {
         let name = format!("{}, {}: least, greatest, last", range.name, range.unit);
         let values = [range.least, range.greatest, range.last].map(|v| format!("{v:>14.4}"));

@@ -17,19 +17,13 @@ type TipCell = Cell<TipError>;
 
 /// The paper's table for people, RMSE and maximum in mm, then the failures.
 pub fn inertia_text(cells: &[TipCell]) -> String {
-    let mut text = table(
-        [
-            format!("{:<11}{:>8}", "trajectory", "inertia"),
-            format!("{:>16}", "paper, adaptive"),
-        ],
-        cells,
-        |c| {
-            let error = 100.0 * (scale_of(c) - 1.0);
-            let paper = paper(c.trajectory, scale_of(c)).unwrap_or(f64::NAN);
-            let name = format!("{:<11}{error:>7.0}%", c.trajectory);
-            [name, format!("{:>16.1}", 1e3 * paper)]
-        },
-    );
+    let head = ["trajectory  inertia", " paper, adaptive"].map(String::from);
+    let mut text = table(head, cells, |c| {
+        let error = 100.0 * (scale_of(c) - 1.0);
+        let paper = paper(c.trajectory, scale_of(c)).unwrap_or(f64::NAN);
+        let name = format!("{:<11}{error:>7.0}%", c.trajectory);
+        [name, format!("{:>16.1}", 1e3 * paper)]
+    });
     text += "tip RMSE and maximum in mm over the motion\n";
     let name = |c: &TipCell| format!("{} {} at inertia x {}", c.trajectory, c.law, c.case);
     text + &mark_legend(cells, name) + &failure_lines(cells, name)

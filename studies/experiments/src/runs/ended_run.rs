@@ -165,6 +165,15 @@ impl Watch {
             ended: None,
         })
     }
+
+    /// The fate of a run after braking.
+    fn stopped(&self) -> (Fate, String) {
+        let mut rods = self.swings.rods.iter();
+        match rods.position(|rod| rod.rms > SWINGS) {
+            None => (Fate::Stopped, "the controller braked".into()),
+            Some(k) => (Fate::Lost, format!("rod {} swings under its brake", k + 1)),
+        }
+    }
 }
 
 impl Observer for Watch {
@@ -209,16 +218,5 @@ impl Observer for Watch {
 
     fn is_done(&self) -> bool {
         self.ended.is_some()
-    }
-}
-
-impl Watch {
-    /// The fate of a run after braking.
-    fn stopped(&self) -> (Fate, String) {
-        let mut rods = self.swings.rods.iter();
-        match rods.position(|rod| rod.rms > SWINGS) {
-            None => (Fate::Stopped, "the controller braked".into()),
-            Some(k) => (Fate::Lost, format!("rod {} swings under its brake", k + 1)),
-        }
     }
 }

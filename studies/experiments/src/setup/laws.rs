@@ -25,14 +25,11 @@ pub fn ablation() -> Vec<Law> {
             (false, false) => "modular",
         };
         let parts = ["adaptation", "observer", "voltage", "tip"].into_iter();
-        let on = parts.zip([adaptation, observer, voltage, tip]);
-        let on: Vec<_> = on
-            .filter_map(|(part, is_on)| is_on.then_some(part))
-            .collect();
-        let name = if on.is_empty() {
-            "none"
-        } else {
-            &on.join(" + ")
+        let parts = parts.zip([adaptation, observer, voltage, tip]);
+        let on: Vec<_> = parts.filter_map(|(name, on)| on.then_some(name)).collect();
+        let name = match on.is_empty() {
+            true => "none".into(),
+            false => on.join(" + "),
         };
         let mut law = Law::new(name, mode);
         if !observer {
@@ -113,13 +110,10 @@ pub fn without_changes(system: &System, bound: &str, file: &str, mode: &str) -> 
                 continue;
             }
             let port = system.port_of(component, &parameter.name)?;
-            let before = element.parameters[..k]
-                .iter()
-                .rfind(|p| p.name == parameter.name && !is_of_world(p));
-            let before = before.map(|p| p.value.clone());
-            let Some(before) =
-                before.or_else(|| system.variable(port).start_of(0).map(String::from))
-            else {
+            let mut earlier = element.parameters[..k].iter();
+            let before = earlier.rfind(|p| p.name == parameter.name && !is_of_world(p));
+            let start = || system.variable(port).start_of(0).map(String::from);
+            let Some(before) = before.map(|p| p.value.clone()).or_else(start) else {
                 continue;
             };
             let full = system.name(port);

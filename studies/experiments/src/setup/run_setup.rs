@@ -136,20 +136,15 @@ impl SetupBuilder<'_> {
     }
 
     /// Another packed system, with FMUs from the same folder, and without the path.
-    pub fn packed(self, path: &Path) -> Self {
-        Self {
-            packed: Some(path.into()),
-            has_path: false,
-            ..self
-        }
+    pub fn packed(mut self, path: &Path) -> Self {
+        self.packed = Some(path.into());
+        self.without_path()
     }
 
     /// Without following the path that is given.
-    pub fn without_path(self) -> Self {
-        Self {
-            has_path: false,
-            ..self
-        }
+    pub fn without_path(mut self) -> Self {
+        self.has_path = false;
+        self
     }
 
     /// The system with its machine file and, if the path has loads, the connections for them.

@@ -28,9 +28,7 @@ pub fn vary(
     base: &Experiment,
     values: &[(&str, &dyn Display)],
 ) -> Result<Experiment> {
-    let settings = values
-        .iter()
-        .map(|(name, value)| system.setting(name, value));
+    let settings = values.iter().map(|(name, v)| system.setting(name, v));
     let settings = settings.collect::<Result<Vec<_>>>()?;
     refuse_bound(system, &settings)?;
     add_settings(system, base, settings)

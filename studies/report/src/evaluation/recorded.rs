@@ -17,10 +17,8 @@ pub struct RecordedStudies {
 }
 
 impl RecordedStudies {
-    /// Reads the files of `tournament --json` and `margins --json`.
-    ///
-    /// # Errors
-    /// A file that cannot be read, or that another command wrote.
+    /// Reads the files of `tournament --json` and `margins --json`; refuses those that another
+    /// command wrote.
     pub fn read(tournament: Option<&Path>, margins: Option<&Path>) -> Result<Self> {
         Ok(Self {
             tournament: tournament.map(read_tournament).transpose()?,

@@ -74,14 +74,8 @@ fn compare(world: World, system: &System, mut base: Experiment) -> Result<(usize
         base.stepping.step = base.stepping.step.min(worlds::BENDING_STEP);
     }
     let laws = laws_of_modes(&MODES);
-    let cases = worlds::cases(world, system, 1..1 + SEEDS, 1.0)?;
-    let cells = comparison::run(
-        system,
-        &base,
-        &laws,
-        &cases.list,
-        world.trajectories(),
-        || (),
-    )?;
-    Ok((cases.list.len(), comparison::summaries(&cells, None)))
+    let cases = worlds::cases(world, system, 1..1 + SEEDS, 1.0)?.list;
+    let paths = world.trajectories();
+    let cells = comparison::run(system, &base, &laws, &cases, paths, || ())?;
+    Ok((cases.len(), comparison::summaries(&cells, None)))
 }

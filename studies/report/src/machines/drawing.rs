@@ -30,10 +30,7 @@ const TITLE: u32 = 56;
 const SPLIT: (u32, u32) = (820, 700);
 
 impl Sheet {
-    /// The sheet of a machine, with `name` as its title.
-    ///
-    /// # Errors
-    /// A mechanism that does not close.
+    /// The sheet of a machine, with `name` as its title. Fails if the mechanism does not close.
     pub fn new(name: &str, machine: Machine, chart: LoadChart) -> Result<Self> {
         let tree = Tree::new(&machine)?;
         let view = SideView::new(&tree, &machine.start.zeta);

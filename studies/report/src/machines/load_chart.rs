@@ -60,10 +60,8 @@ struct Loads {
 impl LoadChart {
     /// The chart of `machine` with all weights times `factor`, which allows for dynamic loads. The
     /// tool keeps the angle to the horizontal that it has in the start pose; the payload's centre
-    /// of mass is that of the machine file.
-    ///
-    /// # Errors
-    /// A mechanism that does not close, or a factor that is not positive.
+    /// of mass is that of the machine file. Fails if the mechanism does not close, or the factor is
+    /// not positive.
     pub fn new(machine: &Machine, factor: f64) -> Result<Self> {
         ensure!(
             factor.is_finite() && factor > 0.0,

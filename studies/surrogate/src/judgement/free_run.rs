@@ -73,12 +73,7 @@ pub struct Sample {
 pub fn simulate(model: &Model, desired: &[Desired], T: f64) -> Vec<Sample> {
     let p = model.params();
     let (travel, inertia) = (maps::travel_per_radian(p), maps::inertia(p, 1.0));
-    let Heat {
-        C_w,
-        R_wh,
-        C_h,
-        R_ha,
-    } = p.heat.unwrap_or(Heat::TYPICAL);
+    let heat = p.heat.unwrap_or(Heat::TYPICAL);
     let air = data_sheet(p).reference;
     let mut T = [T; 2];
     let last = desired.len() - 1;
@@ -105,9 +100,9 @@ pub fn simulate(model: &Model, desired: &[Desired], T: f64) -> Vec<Sample> {
                 P_in: demand.tau * motion.w_m + stored + demand.electrical,
                 T_housing: T[1],
             };
-            let over = (T[0] - T[1]) / R_wh;
-            T[0] += SAMPLE / C_w * (demand.electrical - over);
-            T[1] += SAMPLE / C_h * (friction + over - (T[1] - air) / R_ha);
+            let over = (T[0] - T[1]) / heat.R_wh;
+            T[0] += SAMPLE / heat.C_w * (demand.electrical - over);
+            T[1] += SAMPLE / heat.C_h * (friction + over - (T[1] - air) / heat.R_ha);
             sample
         })
         .collect()

@@ -7,7 +7,8 @@ use machine_file::Emla;
 use rayon::prelude::*;
 
 use crate::measurement::data::Row;
-use crate::measurement::profile::{Kind, Profile};
+use crate::measurement::profile::Kind::{self, Creep, Steps, Strokes, Sweep, Work};
+use crate::measurement::profile::Profile;
 use crate::measurement::rig_run::run;
 use crate::measurement::windows::{Window, windows};
 
@@ -16,21 +17,8 @@ pub const PROFILES: u32 = 480;
 /// Length of each, s.
 pub const SECONDS: f64 = 3.0;
 /// Kinds of the campaign's profiles, in turn. [`Kind::Work`] is held out.
-const TRAINING: [Kind; 5] = [
-    Kind::Steps,
-    Kind::Sweep,
-    Kind::Strokes,
-    Kind::Steps,
-    Kind::Creep,
-];
-const HELD_OUT: [Kind; 6] = [
-    Kind::Steps,
-    Kind::Sweep,
-    Kind::Strokes,
-    Kind::Creep,
-    Kind::Work,
-    Kind::Work,
-];
+const TRAINING: [Kind; 5] = [Steps, Sweep, Strokes, Steps, Creep];
+const HELD_OUT: [Kind; 6] = [Steps, Sweep, Strokes, Creep, Work, Work];
 /// Temperatures at which the campaign's profiles begin, K.
 const TRAINING_T: [f64; 4] = [278.0, 298.0, 328.0, 358.0];
 /// Temperatures at which the held-out profiles begin, K.

@@ -32,10 +32,7 @@ pub struct CoupledRun {
 }
 
 impl CoupledRun {
-    /// Reads the file, which must hold all of [`CoupledRun::signals`].
-    ///
-    /// # Errors
-    /// A signal is missing, or a value is no number.
+    /// Reads the file, which must hold all of [`CoupledRun::signals`] as numbers.
     pub fn read(path: &Path) -> Result<Self> {
         let file = SignalFile::read(path)?;
         let column = |signal: &str| {
@@ -47,10 +44,8 @@ impl CoupledRun {
         Self::new(file.times().to_vec(), column).with_context(|| path.display().to_string())
     }
 
-    /// Takes the times, s, and the column of each of [`CoupledRun::signals`] from `column`.
-    ///
-    /// # Errors
-    /// A signal is missing, or there are too few rows.
+    /// Takes the times, s, and the column of each of [`CoupledRun::signals`] from `column`. Fails if
+    /// a signal is missing, or there are too few rows.
     pub fn new(time: Vec<f64>, column: impl Fn(&str) -> Result<Vec<f64>>) -> Result<Self> {
         if time.len() < 2 * SAMPLES {
             bail!("{} rows, at least {} are needed", time.len(), 2 * SAMPLES);

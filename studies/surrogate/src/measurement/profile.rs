@@ -4,6 +4,7 @@
 //! The load has both signs, up to the paper's 70 kN against extension and as much along it, and the
 //! rod goes both ways: all four quadrants.
 
+use self::Kind::{Creep, Steps, Strokes, Sweep, Work};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
@@ -43,13 +44,7 @@ pub enum Kind {
 
 impl Kind {
     /// All of them.
-    pub const ALL: [Self; 5] = [
-        Self::Steps,
-        Self::Sweep,
-        Self::Strokes,
-        Self::Creep,
-        Self::Work,
-    ];
+    pub const ALL: [Self; 5] = [Steps, Sweep, Strokes, Creep, Work];
 }
 
 /// One run of the rig.
@@ -100,11 +95,11 @@ impl Profile {
             .map(|k| {
                 let t = f64::from(k) * SAMPLE;
                 match self.kind {
-                    Kind::Steps | Kind::Creep | Kind::Strokes => {
+                    Steps | Creep | Strokes => {
                         self.update_goal(&mut goal, t, x, &mut rng);
                     }
-                    Kind::Sweep => goal = self.sweep_goal(t, phase),
-                    Kind::Work => goal = work_goal(t, phase),
+                    Sweep => goal = self.sweep_goal(t, phase),
+                    Work => goal = work_goal(t, phase),
                 }
                 let change =
                     (goal.x_dot - now.x_dot).clamp(-ACCELERATION * SAMPLE, ACCELERATION * SAMPLE);
@@ -132,15 +127,15 @@ impl Profile {
         }
         let u: f64 = rng.random();
         let (speed, seconds) = match self.kind {
-            Kind::Creep => (1.1e-3 + 6.9e-3 * u * u, rng.random_range(0.8..2.0)),
-            Kind::Strokes => (rng.random_range(0.02..SPEED[1]), rng.random_range(2.0..5.0)),
+            Creep => (1.1e-3 + 6.9e-3 * u * u, rng.random_range(0.8..2.0)),
+            Strokes => (rng.random_range(0.02..SPEED[1]), rng.random_range(2.0..5.0)),
             _ => (
                 SPEED[0] + (SPEED[1] - SPEED[0]) * u,
                 rng.random_range(0.3..1.2),
             ),
         };
         let offset = x - MID_STROKE;
-        let direction = if self.kind == Kind::Steps && offset.abs() > 0.2 {
+        let direction = if self.kind == Steps && offset.abs() > 0.2 {
             -offset.signum()
         } else if rng.random::<bool>() {
             1.0

@@ -19,10 +19,8 @@ pub struct SignalFile {
 }
 
 impl SignalFile {
-    /// Reads a file, and the units in the file `….units.csv` beside it, if there is one.
-    ///
-    /// # Errors
-    /// It cannot be read, or is no table of numbers.
+    /// Reads a file, and the units in the file `….units.csv` beside it, if there is one. Fails if it
+    /// cannot be read, or is no table of numbers.
     pub fn read(csv: &Path) -> Result<Self> {
         let name = || format!("`{}`", csv.display());
         let bytes = fs::read(csv).with_context(|| {

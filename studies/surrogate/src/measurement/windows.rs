@@ -85,17 +85,9 @@ pub struct Truth {
 }
 
 /// Names of an actuator's outputs that [`Truth`] is made of.
-pub(crate) const ACTUATOR_SIGNALS: [&str; 9] = [
-    "i_q",
-    "tau_e",
-    "F_mean",
-    "theta_m",
-    "w_m",
-    "x_rod",
-    "energy.loss",
-    "T_winding",
-    "T_housing",
-];
+#[rustfmt::skip]
+pub(crate) const ACTUATOR_SIGNALS: [&str; 9] =
+    ["i_q", "tau_e", "F_mean", "theta_m", "w_m", "x_rod", "energy.loss", "T_winding", "T_housing"];
 
 /// The same outputs of a rig.
 #[rustfmt::skip]
@@ -112,17 +104,8 @@ impl Truth {
         length: f64,
         signal: impl Fn(usize, usize) -> f64,
     ) -> Self {
-        let [
-            i_q,
-            tau_e,
-            F_mean,
-            theta_m,
-            w_m,
-            x,
-            E_loss,
-            T_winding,
-            T_housing,
-        ] = std::array::from_fn(|s| s);
+        let [i_q, tau_e, F_mean, theta_m, w_m, x, E_loss] = [0, 1, 2, 3, 4, 5, 6];
+        let [T_winding, T_housing] = [7, 8];
         let last = first + SAMPLES;
         let mean = |s: usize| mean(first, |k| signal(s, k));
         let rise = |s: usize| (signal(s, last) - signal(s, first)) / length;

@@ -19,12 +19,8 @@ pub struct EfficiencyMap {
     pub cells: Vec<Vec<f64>>,
 }
 
-/// The maps of physics, hybrid and rig; `models` are in the order of [`MODELS`].
-///
-/// # Errors
-/// A steady point that the rig cannot hold.
-///
-/// [`MODELS`]: crate::prediction::model::MODELS
+/// The maps of physics, hybrid and rig; `models` are in the order of
+/// [`crate::prediction::model::MODELS`]. Fails at a steady point that the rig cannot hold.
 pub fn maps(models: &[Model; 3], cells: [usize; 2]) -> Result<[EfficiencyMap; 3]> {
     let by = |model| move |F, v| Ok(predicted_efficiency(model, F, v));
     Ok([

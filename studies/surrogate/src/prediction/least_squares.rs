@@ -28,9 +28,7 @@ impl<const N: usize> Fit<N> {
     /// The intervals are those of Liang and Zeger (1986, *Longitudinal data analysis using
     /// generalized linear models*), `V = A⁻¹ Σ_g (J_gᵀ e_g)(J_gᵀ e_g)ᵀ A⁻¹ · G/(G − 1)`, `A = JᵀJ`,
     /// over the G profiles g: an error common to a profile, as a sensor's offset is, counts once.
-    ///
-    /// # Panics
-    /// The rows do not determine the parameters.
+    /// Panics if the rows do not determine the parameters.
     pub fn new<R>(
         first: [f64; N],
         sizes: [f64; N],

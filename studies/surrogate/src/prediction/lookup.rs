@@ -15,10 +15,8 @@ pub struct LookUp {
 }
 
 impl LookUp {
-    /// Fits the map to rows `[tau, w, F]`; `travel` is the nut's travel per radian of the motor, m.
-    ///
-    /// # Panics
-    /// There are fewer rows than nodes.
+    /// Fits the map to rows `[tau, w, F]`, at least as many as nodes; `travel` is the nut's travel
+    /// per radian of the motor, m.
     pub fn new(travel: f64, rows: &[[f64; 3]]) -> Self {
         let rows: Vec<[f64; 3]> = rows
             .iter()

@@ -11,7 +11,8 @@ use fmi_description::entries::{self, Entries};
 use fmi_import::platform::Platform;
 use fmi_import::portability::Needs;
 
-use super::folder::{Dist, file_name};
+use super::folder::Dist;
+use crate::workspace::file_name;
 
 #[derive(Default)]
 pub struct Listing {

@@ -104,14 +104,10 @@ impl Model {
     /// Nominal rod forces, N, and wrist torques, N·m, at a motion, and their derivatives by the
     /// parameters, a row for each.
     pub fn forces(&self, motion: &Motion) -> ([f64; DOF], DMatrix<f64>) {
-        let Motion {
+        let (zeta, zeta_dot, zeta_ddot) = (motion.zeta, motion.zeta_dot, &motion.zeta_ddot);
+        let state = State {
             zeta,
             zeta_dot,
-            zeta_ddot,
-        } = motion;
-        let state = State {
-            zeta: *zeta,
-            zeta_dot: *zeta_dot,
             ..State::default()
         };
         let forces = |plant: &Hdrm| -> [f64; DOF] {
@@ -131,7 +127,7 @@ impl Model {
         for (k, plant) in self.sideways.iter().enumerate() {
             set(SIDEWAYS + k, plant, 1.0);
         }
-        let strokes = self.nominal.tree().configuration(zeta).strokes;
+        let strokes = self.nominal.tree().configuration(&zeta).strokes;
         for k in 0..DOF {
             let lever = strokes.get(k).map_or(1.0, |stroke| stroke.prime);
             let w = zeta_dot[k];

@@ -50,10 +50,8 @@ pub(super) struct Columns<'a> {
     pub winding: &'a [f64],
 }
 
-/// What must be recorded at every communication point.
-///
-/// # Errors
-/// No component is an actuator, or one lacks an output.
+/// What must be recorded at every communication point. Fails if no component is an actuator, or one
+/// lacks an output.
 pub fn ports(system: &System) -> Result<Vec<Port>> {
     let actuators = energy::actuators(system);
     ensure!(!actuators.is_empty(), "no component is an actuator");

@@ -36,10 +36,8 @@ pub fn run(system: &System, experiment: &Experiment, payload_step: f64) -> Resul
     Ok(sizing)
 }
 
-/// Evaluates a run of the experiment in which [`ports`] were recorded.
-///
-/// # Errors
-/// One was not, or an actuator has no ratings.
+/// Evaluates a run of the experiment in which [`ports`] were recorded. Fails if one was not, or an
+/// actuator has no ratings.
 pub fn evaluate(
     system: &System,
     experiment: &Experiment,

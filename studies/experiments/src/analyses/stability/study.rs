@@ -23,10 +23,8 @@ pub(super) fn inertia_settings(system: &System, scale: f64) -> Result<Vec<Settin
 }
 
 /// Runs both trajectories with both laws, at the step of `base` and at a quarter of it; `scale` is
-/// the plant's inertia over nominal. Returns the runs and the verdict on them.
-///
-/// # Errors
-/// `base` sets what is varied here.
+/// the plant's inertia over nominal. Returns the runs and the verdict on them. Fails if `base` sets
+/// what is varied here.
 pub fn run(
     system: &System,
     base: &Experiment,

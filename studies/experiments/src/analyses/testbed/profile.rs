@@ -57,19 +57,15 @@ pub(crate) fn record(machine: &System, base: &Experiment) -> Result<Vec<MachineR
     TRAJECTORIES.into_par_iter().map(one).collect()
 }
 
-/// What must be recorded of the machine at every communication point.
-///
-/// # Errors
-/// The machine does not have the rods of the testbed.
+/// What must be recorded of the machine at every communication point. Fails if it does not have the
+/// rods of the testbed.
 pub fn ports(machine: &System) -> Result<Vec<Port>> {
     Ok(rods(machine)?.as_flattened().to_vec())
 }
 
 impl MachineRun {
     /// From a recorded run of the machine on this trajectory in communication steps of `step`, s.
-    ///
-    /// # Errors
-    /// It is too short to be replayed, or one of [`ports`] was not recorded.
+    /// Fails if it is too short to be replayed, or one of [`ports`] was not recorded.
     pub fn new(
         machine: &System,
         trajectory: &'static str,

@@ -35,10 +35,8 @@ pub struct Replay<'a> {
 }
 
 impl Replay<'_> {
-    /// Replays all runs on the `testbed` with each of `laws`, loaded by emulators.
-    ///
-    /// # Errors
-    /// A run fails, or the testbed lacks a variable that is set on the machine.
+    /// Replays all runs on the `testbed` with each of `laws`, loaded by emulators; fails also if
+    /// the testbed lacks a variable that is set on the machine.
     pub fn on(&self, testbed: &System, laws: &[TestedLaw]) -> Result<Vec<Axis>> {
         let axes = self.replay(testbed, laws, &[Load::Emulator], false)?;
         Ok(axes.into_iter().map(|loaded| loaded.axis).collect())
