@@ -46,21 +46,17 @@ pub fn check(bytes: Vec<u8>, report: &mut Report) -> Option<Entries> {
         Ok(opened) => opened,
         Err(reason @ (ArchiveError::Unsafe { .. } | ArchiveError::Repeated)) => {
             report.push(AREA, OPENS, Outcome::default());
-            report.end(AREA, SAFE, Outcome::failed(reason.to_string()));
+            report.push(AREA, SAFE, Outcome::failed(reason.to_string()));
             return None;
         }
         Err(reason) => {
-            report.end(AREA, OPENS, Outcome::failed(reason.to_string()));
+            report.push(AREA, OPENS, Outcome::failed(reason.to_string()));
             return None;
         }
     };
     report.push(AREA, OPENS, Outcome::default());
     report.push(AREA, SAFE, safe);
-    let places = places(&entries);
-    match entries.contains_key("modelDescription.xml") {
-        true => report.push(AREA, PLACES, places),
-        false => report.end(AREA, PLACES, places),
-    }
+    report.push(AREA, PLACES, places(&entries));
     Some(entries)
 }
 

@@ -66,10 +66,13 @@ impl Arguments {
         let mut is_sound = true;
         for fmu in &self.fmus {
             let report = check(fmu, options)?;
-            if report.rows.is_empty() {
-                let (fmu, words) = (fmu.display(), options.only);
+            let words = options.only;
+            let mut rows = report.rows.iter();
+            let is_found = rows.any(|row| row.promise.text.contains(words));
+            if !is_found && report.count(Verdict::Fails) == 0 {
+                let name = fmu.display();
                 eprintln!(
-                    "error: --only '{words}': no promise that applies to {fmu} has these words; without --only all are printed"
+                    "{report}\nerror: {name}: --only '{words}': no promise that applies to it has these words"
                 );
                 return Ok(ExitCode::from(2));
             }

@@ -65,11 +65,12 @@ pub fn check(path: &Path, options: CheckOptions) -> Result<Report> {
         check_files(&entries, options, &mut report)?;
     }
     let is_wanted = |row: &Row| row.promise.text.contains(options.only);
-    // Else why nothing of what is wanted was checked.
-    let is_there = report.rows.iter().any(is_wanted);
-    report
-        .rows
-        .retain(|row| if is_there { is_wanted(row) } else { row.ends });
+    let is_end = |row: &&Row| matches!(row.outcome.verdict(), Verdict::Fails | Verdict::NotChecked);
+    let end = report.rows.last().filter(is_end).cloned();
+    report.rows.retain(is_wanted);
+    if report.rows.is_empty() {
+        report.rows.extend(end); // why nothing of what is wanted was checked
+    }
     Ok(report)
 }
 
@@ -85,7 +86,7 @@ fn check_files(entries: &Entries, options: CheckOptions, report: &mut Report) ->
         Ok(text) => check_description(&text, entries, options, schema, report),
         Err(reason) => {
             schema.fail(reason.to_string());
-            report.end(DESCRIPTION, SCHEMA, schema);
+            report.push(DESCRIPTION, SCHEMA, schema);
             Ok(())
         }
     }
@@ -111,7 +112,7 @@ fn check_description(
         Ok((document, root)) => (document, root),
         Err(reason) => {
             schema.fail(reason.clone());
-            report.end(DESCRIPTION, SCHEMA, schema);
+            report.push(DESCRIPTION, SCHEMA, schema);
             return Ok(());
         }
     };
@@ -138,7 +139,7 @@ fn check_description(
     } else {
         let reason =
             format!("this program knows the rules of FMI 2.0 and 3.0, not those of {version}");
-        report.end(DESCRIPTION, BEYOND, Outcome::not_checked(reason));
+        report.push(DESCRIPTION, BEYOND, Outcome::not_checked(reason));
     }
     binaries::check(
         entries,
@@ -160,7 +161,7 @@ fn check_description(
             let interfaces = ["CoSimulation", "ModelExchange"].map(runs);
             run_probes(entries, options, (description.fmi, interfaces), report)?;
         }
-        Err(reason) => report.end("simulation", RUNS, Outcome::not_checked(reason)),
+        Err(reason) => report.push("simulation", RUNS, Outcome::not_checked(reason)),
     }
     Ok(())
 }

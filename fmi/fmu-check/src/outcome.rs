@@ -50,8 +50,6 @@ impl Promise {
 /// A row of the report.
 #[derive(Clone, Debug)]
 pub struct Row {
-    /// It says why there are no further rows.
-    pub ends: bool,
     /// Heading that it is under.
     pub area: &'static str,
     /// The promise.
@@ -127,21 +125,10 @@ impl Report {
             outcome.remarks.splice(..0, outcome.fails.drain(..));
         }
         self.rows.push(Row {
-            ends: false,
             area,
             promise,
             outcome,
         });
-    }
-
-    /// As [`Self::push`], where nothing follows because of what was found.
-    pub(crate) fn end(&mut self, area: &'static str, promise: Promise, outcome: Outcome) {
-        self.push(area, promise, outcome);
-        self.rows
-            .iter_mut()
-            .rev()
-            .take(1)
-            .for_each(|row| row.ends = true);
     }
 }
 

@@ -110,7 +110,7 @@ pub fn all(
                 options.limit.as_secs()
             );
             report.out_of_time = true;
-            report.end("simulation", REST, Outcome::not_checked(reason));
+            report.push("simulation", REST, Outcome::not_checked(reason));
             break;
         }
         let folder = if probe.has_odd_folder { odd } else { plain };
@@ -149,7 +149,7 @@ pub fn all(
         }
         if ends_here {
             let reason = "it does not get that far";
-            report.end("simulation", REST, Outcome::not_checked(reason));
+            report.push("simulation", REST, Outcome::not_checked(reason));
             break;
         }
     }
@@ -247,10 +247,8 @@ fn told(output: &Path) -> Option<String> {
         Some((name, call)) if name != "NULL" && !name.contains("meanwhile") => call,
         _ => return Some(line.into()),
     };
-    let variable = text
-        .lines()
-        .filter_map(|line| line.strip_prefix(SAID))
-        .last();
+    let mut lines = text.lines().rev();
+    let variable = lines.find_map(|line| line.strip_prefix(SAID));
     Some(match (variable, call.split_once(' ')) {
         (Some(variable), Some((name, rest))) => format!("{name} of {variable} {rest}"),
         _ => call.into(),

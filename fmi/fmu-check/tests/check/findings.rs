@@ -7,7 +7,7 @@ use std::process::Command;
 use crate::faulty::checked;
 use crate::running::{DESCRIPTION, compiled, entries, library, sound_entries};
 use fmi_description::entries::{self, Entries};
-use fmu_check::{self, Verdict};
+use fmu_check::Verdict;
 use tempfile::TempDir;
 
 use Verdict::{Fails, NotRobust};
@@ -150,7 +150,7 @@ fn options_that_select_nothing_are_refused() {
         ),
         (
             ["--only", "typo"],
-            "--only 'typo': no promise that applies to",
+            "--only 'typo': no promise that applies to it",
         ),
         (["--only", ""], "a value is required for '--only <WORDS>'"),
     ] {

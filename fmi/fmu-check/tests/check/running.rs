@@ -6,7 +6,7 @@ use std::process::Command;
 use std::time::Duration;
 
 use crate::faulty::{checked, checked_within, must_be_found};
-use fmi_description::entries::{self, Entries};
+use fmi_description::entries::Entries;
 use fmu_check::{self, Verdict};
 use tempfile::TempDir;
 
