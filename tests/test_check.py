@@ -121,7 +121,7 @@ def test_what_cosim_refuses_fails_the_check(tmp_path, what):
     assert check.returncode == 1 and "FAILS" in check.stdout, check.stdout + check.stderr
     # Whatever was asked for.
     only = cargo_fmu("check", "--only", "the library loads", "A.fmu", cwd=tmp_path)
-    assert only.returncode == 1, only.stdout
+    assert only.returncode != 0, only.stdout
 
 
 @pytest.mark.parametrize("name", ["resources/CON", "resources/aux.txt", "resources/a?", "a./b", "resources/b ", "resources\\a"])
