@@ -156,6 +156,21 @@ impl Archive {
         })
     }
 
+    /// What is wrong with it, but harms nobody here.
+    pub fn remarks(&self) -> &[Remark] {
+        &self.remarks
+    }
+
+    /// Reads all its files.
+    pub fn read_all(&mut self) -> Result<BTreeMap<String, Vec<u8>>, ArchiveError> {
+        let files = self.files.clone().into_iter();
+        let read = files.map(|(name, index)| {
+            let content = self.content(&name, index)?;
+            Ok((name, content))
+        });
+        read.collect()
+    }
+
     /// Size of all its files once unpacked, bytes.
     pub fn unpacked_size(&self) -> u64 {
         self.size

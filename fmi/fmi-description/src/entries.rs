@@ -63,13 +63,7 @@ pub fn read(path: &Path) -> Result<Entries, ArchiveError> {
 
 /// Reads all files of an archive in memory.
 pub fn read_bytes(bytes: Vec<u8>) -> Result<Entries, ArchiveError> {
-    let mut archive = Archive::open(bytes)?;
-    let names: Vec<_> = archive.names().map(str::to_string).collect();
-    let content = |name: String| {
-        let content = archive.file(&name)?.unwrap_or_default();
-        Ok((name, content))
-    };
-    names.into_iter().map(content).collect()
+    Archive::open(bytes)?.read_all()
 }
 
 #[cfg(test)]

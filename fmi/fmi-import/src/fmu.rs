@@ -49,10 +49,11 @@ impl Fmu {
         open().with_context(|| path.display().to_string())
     }
 
-    /// Opens an FMU whose files are in a folder.
+    /// Opens an FMU whose files are in a folder, also one without Co-Simulation.
     #[cfg(feature = "native")]
     pub fn from_folder(folder: &Path) -> Result<Self> {
-        let description = Description::read(&fs::read(folder.join("modelDescription.xml"))?)?;
+        let bytes = fs::read(folder.join("modelDescription.xml"))?;
+        let description = Description::parse_any(&fmi_description::text(&bytes)?)?;
         let names = crate::library::binaries(folder)?;
         let names = names.iter().map(String::as_str);
         let (library, _) = library_among(names, &description, crate::platform::host()?)?;

@@ -10,6 +10,9 @@
 
 use std::ffi::{CString, c_int};
 use std::ops::Deref;
+use std::slice;
+use std::sync::atomic::AtomicBool;
+use std::sync::atomic::Ordering::Relaxed;
 
 use anyhow::{Result, anyhow};
 use fmi_description::{Access, Variable};
@@ -19,6 +22,12 @@ use crate::log::{Log, Message};
 use crate::raw::{Array, CallbackSet, Experiment, InstanceKind, RawInstance, Request, StepEnd};
 use crate::standard::Mode;
 use crate::status::{self, OK, WARNING};
+
+/// Each [`Instance`] reads every variable by a call of its own, and before each says on standard
+/// error which variable is read or set, after [`SAID`]: so a crash can be traced.
+pub static ONE_BY_ONE: AtomicBool = AtomicBool::new(false);
+/// See [`ONE_BY_ONE`].
+pub const SAID: &str = "variable: ";
 
 /// How an instance is made, and how strictly its statuses are judged.
 #[derive(Clone, Copy, Debug)]
@@ -243,10 +252,39 @@ impl<'a> Instance<'a> {
         Ok(())
     }
 
+    /// What [`ONE_BY_ONE`] asks for before a call: the variable is said, or there are calls for one
+    /// each, whose results these are.
+    pub(crate) fn one_by_one<T>(
+        &self,
+        vr: &[u32],
+        get: impl Fn(&[u32]) -> (c_int, Vec<T>),
+    ) -> Option<(c_int, Vec<T>)> {
+        match vr {
+            _ if !ONE_BY_ONE.load(Relaxed) => None,
+            [reference] => {
+                let found = self.fmu.find(*reference).map(|v| format!("`{}`", v.name));
+                let unknown = || format!("the value reference {reference}, which no variable has,");
+                eprintln!("{SAID}{}", found.unwrap_or_else(unknown));
+                None
+            }
+            _ => {
+                let results = vr.iter().map(|reference| get(slice::from_ref(reference)));
+                let (statuses, values): (Vec<_>, Vec<_>) = results.unzip();
+                Some((
+                    statuses.into_iter().max()?,
+                    values.into_iter().flatten().collect(),
+                ))
+            }
+        }
+    }
+
     /// The status, and the values of Real variables; nothing is called for none.
     pub fn reals(&self, references: &[u32]) -> (c_int, Vec<f64>) {
         if references.is_empty() {
             return (OK, Vec::new());
+        }
+        if let Some(all) = self.one_by_one(references, |one| self.reals(one)) {
+            return all;
         }
         let mut values = vec![0.0; self.fmu.functions.count(references)];
         let vr = Array::Elements(references);
@@ -279,6 +317,7 @@ impl<'a> Instance<'a> {
     /// Sets Real variables; returns the status.
     pub fn set_reals(&self, references: &[u32], values: &[f64]) -> c_int {
         assert_eq!(self.fmu.functions.count(references), values.len());
+        self.one_by_one(&references[..references.len().min(1)], |_| (OK, vec![()]));
         self.raw
             .set_reals(Array::Elements(references), Array::Elements(values))
     }

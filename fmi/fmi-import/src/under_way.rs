@@ -24,7 +24,7 @@ use crate::messages;
 use crate::status::WARNING;
 
 #[cfg(feature = "native")]
-pub use ending::{EXIT_CODE, allow_exit, own_program};
+pub use ending::{EXIT_CODE, allow_exit, calls, own_program};
 pub(crate) use slots::{About, Slot};
 use slots::{SLOTS, SPARE, thread};
 pub use surroundings::remember;

@@ -25,6 +25,9 @@ impl Instance<'_> {
     /// The status, and the values of variables of one type. With `is_null`, NULL is passed for the
     /// numbers to be written to.
     pub fn values_of(&self, access: Access, vr: &[u32], is_null: bool) -> (c_int, Vec<String>) {
+        if let Some(all) = self.one_by_one(vr, |one| self.values_of(access, one, is_null)) {
+            return all;
+        }
         let n = self.fmu.functions.count(vr);
         match access {
             _ if self.fmu.functions.has_numbers(access) => {
@@ -57,6 +60,7 @@ impl Instance<'_> {
     ) -> c_int {
         let n = values.len();
         assert_eq!(self.fmu.functions.count(vr), n);
+        self.one_by_one(&vr[..vr.len().min(1)], |_| (0, vec![()]));
         match access {
             _ if self.fmu.functions.has_numbers(access) => {
                 let (mut numbers, c_type) = (vec![0; n], self.fmu.functions.c_type(access));
@@ -89,6 +93,9 @@ impl Instance<'_> {
 
     /// The status, and the values of String variables; [`NO_TEXT`] if a pointer leads to no text.
     pub fn texts(&self, vr: &[u32]) -> (c_int, Vec<String>) {
+        if let Some(all) = self.one_by_one(vr, |one| self.texts(one)) {
+            return all;
+        }
         let (status, texts) = self.get_strings(vr, self.fmu.functions.count(vr));
         let Some(texts) = texts else {
             return (NO_TEXT, Vec::new());

@@ -13,11 +13,11 @@ use fmi_import::portability::Needs;
 const AREA: &str = "libraries";
 const PROCESSOR: Promise = Promise {
     text: "each library is built for the platform of its folder, and named after the model identifier",
-    why: "importers pick a library by its folder and name, and fail to load it where it is for another processor",
+    why: "importers pick a library by its folder and name, and fail to load it where it is for another processor [FMI 2.0, 2.3; FMI 3.0, 2.5.1.4]",
 };
 const FUNCTIONS: Promise = Promise {
     text: "each library exports every function of its interface",
-    why: "importers look all of them up when they load it, also those of features that the FMU does not have",
+    why: "importers look all of them up when they load it, also those of features that the FMU does not have [FMI 2.0, 2.3; FMI 3.0, 2.5]",
 };
 const ORIGIN: Promise = Promise {
     text: "libraries tell nothing of the machine that built them",
@@ -70,12 +70,12 @@ pub const PLATFORMS: [PlatformFolder; 13] = [
 /// How paths in a user's folder begin.
 const HOMES: [&[u8]; 4] = [b"/home/", b"/root/", b"/Users/", b":\\Users\\"];
 
-/// Checks the libraries of an FMU with these model identifiers, which must export these functions;
-/// None if this program does not know them.
+/// Checks the libraries of an FMU with these model identifiers, which must export the functions of
+/// their identifier; None if this program does not know them.
 pub fn check(
     entries: &Entries,
     identifiers: &[&str],
-    functions: Option<Vec<String>>,
+    functions: impl Fn(&str) -> Option<Vec<String>>,
     report: &mut Report,
 ) {
     let [mut processor, mut exported, mut origin] = [(); 3].map(|()| Outcome::default());
@@ -96,8 +96,8 @@ pub fn check(
             Some((_, Err(reason))) => processor.fail(format!("{path}: {reason}")),
             Some((bytes, Ok(file))) => {
                 check_processor(platform, &path, &file, &mut processor);
-                match &functions {
-                    Some(functions) => check_exports(&path, &file, functions, &mut exported),
+                match functions(identifier) {
+                    Some(functions) => check_exports(&path, &file, &functions, &mut exported),
                     None => {
                         exported =
                             Outcome::not_checked("the functions of this version are not known here")
@@ -206,8 +206,8 @@ mod tests {
     fn checked(path: &str, functions: &[&str]) -> [Outcome; 3] {
         let entries = Entries::from([(path.to_string(), this_program())]);
         let mut report = Report::default();
-        let functions = functions.iter().map(ToString::to_string).collect();
-        check(&entries, &["X"], Some(functions), &mut report);
+        let functions: Vec<_> = functions.iter().map(ToString::to_string).collect();
+        check(&entries, &["X"], |_| Some(functions.clone()), &mut report);
         let outcomes: Vec<_> = report.rows.into_iter().map(|row| row.outcome).collect();
         outcomes.try_into().unwrap()
     }

@@ -4,15 +4,18 @@ use fmi_description::Version;
 use fmi_description::xml::Element;
 use fmi_import::standard::{FMI2, FMI3, Function, Interface};
 
-/// Names of the functions that an FMU with this model description must export.
-pub fn required(root: &Element, version: Version) -> Vec<String> {
+/// Names of the functions that the library with this model identifier must export. An FMU may have a
+/// library for each interface.
+pub fn required(root: &Element, version: Version, identifier: &str) -> Vec<String> {
     let known = match version {
         Version::Fmi2 => FMI2,
         Version::Fmi3 => FMI3,
     };
     let is_required = |function: &&Function| match function.interface {
         Interface::Shared => true,
-        own => root.child(&format!("{own:?}")).is_some(),
+        own => root
+            .child(&format!("{own:?}"))
+            .is_some_and(|interface| interface.get("modelIdentifier") == Some(identifier)),
     };
     let mut names: Vec<String> = known
         .iter()
@@ -33,9 +36,14 @@ mod tests {
         let count = |version, interfaces: &str| {
             let text = format!("<d>{interfaces}</d>");
             let root = Element::parse(&text, "f", "d").unwrap();
-            required(&root, version).len()
+            required(&root, version, "a").len()
         };
-        let (co_simulation, model_exchange) = ("<CoSimulation/>", "<ModelExchange/>");
+        let (co_simulation, model_exchange) = (
+            r#"<CoSimulation modelIdentifier="a"/>"#,
+            r#"<ModelExchange modelIdentifier="a"/>"#,
+        );
+        let elsewhere = [co_simulation, r#"<ModelExchange modelIdentifier="b"/>"#].concat();
+        assert_eq!(count(Version::Fmi2, &elsewhere), 34);
         let both = [co_simulation, model_exchange].concat();
         let of_2 = [co_simulation, model_exchange, &both].map(|i| count(Version::Fmi2, i));
         assert_eq!(of_2, [34, 35, 44]);

@@ -1,6 +1,6 @@
 //! Checks whether an FMU of any tool does what importers rely on (archive, model description,
-//! libraries, behaviour when called), for `fmu-check` and `cargo fmu check`. A violation of the
-//! standard is a failure; what the standard permits but importers have trouble with is a remark.
+//! libraries, behaviour when called), for `fmu-check` and `cargo fmu check`. What breaks the standard
+//! is a failure; what no standard asks for, but importers have trouble with, is not robust.
 #![cfg_attr(doctest, doc = include_str!("../README.md"))]
 #![forbid(unsafe_code)]
 
@@ -38,7 +38,7 @@ const DESCRIPTION: &str = "model description";
 
 const SCHEMA: Promise = Promise {
     text: "modelDescription.xml is UTF-8, well-formed, and valid by the schema of its version",
-    why: "importers refuse the whole FMU",
+    why: "importers refuse the whole FMU [FMI 2.0, 2.2; FMI 3.0, 2.4]",
 };
 const BEYOND: Promise = Promise {
     text: "what is asked beyond the schema",
@@ -59,13 +59,18 @@ pub fn check(path: &Path, options: CheckOptions) -> Result<Report> {
     let file = path.file_name().unwrap_or_default().to_string_lossy();
     let mut report = Report {
         title: format!("{file} ({} kB)", bytes.len() / 1000),
-        rows: Vec::new(),
+        ..Report::default()
     };
-    if let Some(entries) = archive::check(&bytes, &mut report) {
+    if let Some(entries) = archive::check(bytes, &mut report) {
         check_files(&entries, options, &mut report)?;
     }
     let is_wanted = |row: &Row| row.promise.text.contains(options.only);
+    let is_end = |row: &&Row| matches!(row.outcome.verdict(), Verdict::Fails | Verdict::NotChecked);
+    let end = report.rows.last().filter(is_end).cloned();
     report.rows.retain(is_wanted);
+    if report.rows.is_empty() {
+        report.rows.extend(end); // why nothing of what is wanted was checked
+    }
     Ok(report)
 }
 
@@ -78,10 +83,13 @@ fn check_files(entries: &Entries, options: CheckOptions, report: &mut Report) ->
         schema.fail(reason.to_string());
     }
     match fmi_description::text(text) {
-        Ok(text) => check_description(&text, entries, options, schema, report)?,
-        Err(_) => report.push(DESCRIPTION, SCHEMA, schema),
+        Ok(text) => check_description(&text, entries, options, schema, report),
+        Err(reason) => {
+            schema.fail(reason.to_string());
+            report.push(DESCRIPTION, SCHEMA, schema);
+            Ok(())
+        }
     }
-    Ok(())
 }
 
 /// Checks the text of the description, and all that needs it. `schema` has what is wrong with its
@@ -94,10 +102,11 @@ fn check_description(
     report: &mut Report,
 ) -> Result<()> {
     let text = text.trim_start_matches('\u{feff}');
-    let document = uppsala::parse(text).map_err(|e| e.to_string());
-    let parsed = document.and_then(|document| {
-        let root = Element::parse(text, "modelDescription.xml", "fmiModelDescription");
-        Ok((document, root.map_err(|e| e.to_string())?))
+    // First by the reader that all importers here use, which has limits.
+    let root = Element::parse(text, "modelDescription.xml", "fmiModelDescription");
+    let parsed = root.map_err(|e| e.to_string()).and_then(|root| {
+        let document = uppsala::parse(text).map_err(|e| e.to_string())?;
+        Ok((document, root))
     });
     let (document, root) = match &parsed {
         Ok((document, root)) => (document, root),
@@ -113,6 +122,12 @@ fn check_description(
     let known = known_version(version);
     schema = schema::description(known, version, document);
     schema.fails.splice(..0, fails);
+    // What importers here cannot read is wrong, whatever the schema says.
+    let parsed = Description::parse_any(text);
+    match &parsed {
+        Err(e) if known.is_some() && schema.fails.is_empty() => schema.fail(e.to_string()),
+        _ => {}
+    }
     report.push(DESCRIPTION, SCHEMA, schema);
     if let Some(version) = known {
         let variables = variables::Variable::all(root, version);
@@ -129,17 +144,22 @@ fn check_description(
     binaries::check(
         entries,
         &structure::identifiers(root),
-        known.map(|version| functions::required(root, version)),
+        |identifier| known.map(|version| functions::required(root, version, identifier)),
         report,
     );
     #[cfg(feature = "wasm")]
     if root.child("CoSimulation").is_some() {
         wasm::check(entries, &structure::identifiers(root), report);
     }
-    match runnable_version(text, root, entries) {
-        Ok(version) => {
-            let has_exchange = root.child("ModelExchange").is_some();
-            run_probes(entries, options, (version, has_exchange), report)?;
+    match parsed.map_err(|e| e.to_string()).and_then(|description| {
+        has_library(&description, entries)?;
+        Ok(description)
+    }) {
+        Ok(description) => {
+            let identifier = |interface| root.child(interface)?.get("modelIdentifier");
+            let runs = |interface| identifier(interface) == Some(&description.identifier);
+            let interfaces = ["CoSimulation", "ModelExchange"].map(runs);
+            run_probes(entries, options, (description.fmi, interfaces), report)?;
         }
         Err(reason) => report.push("simulation", RUNS, Outcome::not_checked(reason)),
     }
@@ -178,23 +198,22 @@ fn known_version(version: &str) -> Option<Version> {
     }
 }
 
-/// The version of an FMU that can be run on this machine, or why it cannot.
-fn runnable_version(text: &str, root: &Element, entries: &Entries) -> Result<Version, String> {
-    let version = root.get("fmiVersion").and_then(known_version);
-    let version = version.filter(|_| root.child("CoSimulation").is_some());
-    let version = version.ok_or("this program runs FMI 2.0 and 3.0 for co-simulation only")?;
-    let description = Description::parse(text).map_err(|e| e.to_string())?;
+/// Why an FMU cannot be run on this machine, if it cannot.
+fn has_library(description: &Description, entries: &Entries) -> Result<(), String> {
+    if description.interfaces == ["Scheduled Execution"] {
+        return Err("this program does not run Scheduled Execution".into());
+    }
     let platform = platform::host().map_err(|e| e.to_string())?;
     let names = entries.keys().map(String::as_str);
-    library_among(names, &description, platform).map_err(|e| e.to_string())?;
-    Ok(version)
+    let found = library_among(names, description, platform);
+    found.map(drop).map_err(|e| e.to_string())
 }
 
-/// `kind` is the version, and whether there is Model Exchange.
+/// `kind` is the version, and whether there are Co-Simulation and Model Exchange.
 fn run_probes(
     entries: &Entries,
     options: CheckOptions,
-    kind: (Version, bool),
+    kind: (Version, [bool; 2]),
     report: &mut Report,
 ) -> Result<()> {
     let scratch = TemporaryFolder::new()?;

@@ -7,9 +7,9 @@ use serde::{Deserialize, Serialize};
 /// What was found about a promise.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// Violations of the standard or of the promise.
+    /// What breaks the standard.
     pub fails: Vec<String>,
-    /// What the standard permits but importers have trouble with.
+    /// What no standard forbids, but importers have trouble with: the FMU is not robust.
     pub remarks: Vec<String>,
     /// Why it could not be checked.
     pub not_checked: Option<String>,
@@ -22,9 +22,9 @@ pub struct Outcome {
 pub enum Verdict {
     /// The promise holds.
     Pass,
-    /// It holds, with remarks.
-    Remark,
-    /// It does not hold.
+    /// It does not hold, and no standard says that it must.
+    NotRobust,
+    /// It does not hold, which breaks the standard.
     Fails,
     /// It could not be checked.
     NotChecked,
@@ -35,8 +35,16 @@ pub enum Verdict {
 pub struct Promise {
     /// What must hold.
     pub text: &'static str,
-    /// What goes wrong if it does not.
+    /// What goes wrong if it does not, and in brackets the sections of the standard that ask for it;
+    /// without any, an FMU that does not keep it is not robust, whatever it does.
     pub why: &'static str,
+}
+
+impl Promise {
+    /// Whether a standard asks for it.
+    pub(crate) fn is_ruled(self) -> bool {
+        self.why.ends_with(']')
+    }
 }
 
 /// A row of the report.
@@ -57,6 +65,8 @@ pub struct Report {
     pub title: String,
     /// Its rows, in order.
     pub rows: Vec<Row>,
+    /// The time was up before everything was tried.
+    pub out_of_time: bool,
 }
 
 /// How many details of one kind are printed for a row; the rest is counted.
@@ -93,7 +103,7 @@ impl Outcome {
     pub fn verdict(&self) -> Verdict {
         match self {
             Self { fails, .. } if !fails.is_empty() => Verdict::Fails,
-            Self { remarks, .. } if !remarks.is_empty() => Verdict::Remark,
+            Self { remarks, .. } if !remarks.is_empty() => Verdict::NotRobust,
             Self {
                 not_checked: Some(_),
                 ..
@@ -110,7 +120,10 @@ impl Report {
         verdicts.filter(|v| *v == verdict).count()
     }
 
-    pub(crate) fn push(&mut self, area: &'static str, promise: Promise, outcome: Outcome) {
+    pub(crate) fn push(&mut self, area: &'static str, promise: Promise, mut outcome: Outcome) {
+        if !promise.is_ruled() {
+            outcome.remarks.splice(..0, outcome.fails.drain(..));
+        }
         self.rows.push(Row {
             area,
             promise,
@@ -123,7 +136,7 @@ impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.pad(match self {
             Self::Pass => "pass",
-            Self::Remark => "remark",
+            Self::NotRobust => "not robust",
             Self::Fails => "FAILS",
             Self::NotChecked => "not checked",
         })
@@ -143,8 +156,8 @@ impl fmt::Display for Report {
         }
         let counts = [
             (Verdict::Pass, "passed"),
-            (Verdict::Fails, "failed"),
-            (Verdict::Remark, "with remarks"),
+            (Verdict::Fails, "failed (the standard is broken)"),
+            (Verdict::NotRobust, "not robust (no standard asks for it)"),
             (Verdict::NotChecked, "not checked"),
         ];
         let counts = counts.map(|(verdict, word)| format!("{} {word}", self.count(verdict)));
@@ -161,7 +174,7 @@ impl fmt::Display for Row {
         write_details(f, "~", &outcome.remarks)?;
         write_details(f, "?", outcome.not_checked.as_slice())?;
         write_details(f, "·", &outcome.notes)?;
-        if matches!(verdict, Verdict::Fails | Verdict::Remark) {
+        if matches!(verdict, Verdict::Fails | Verdict::NotRobust) {
             write_details(f, "→", &[self.promise.why.to_string()])?;
         }
         Ok(())
@@ -197,7 +210,7 @@ mod tests {
 
     const PROMISE: Promise = Promise {
         text: "it works",
-        why: "else it does not",
+        why: "else it does not [FMI 2.0, 2.1]",
     };
 
     #[test]
@@ -205,7 +218,7 @@ mod tests {
         let mut outcome = Outcome::not_checked("no library");
         assert_eq!(outcome.verdict(), Verdict::NotChecked);
         outcome.remark("odd");
-        assert_eq!(outcome.verdict(), Verdict::Remark);
+        assert_eq!(outcome.verdict(), Verdict::NotRobust);
         outcome.fail("wrong");
         assert_eq!(outcome.verdict(), Verdict::Fails);
         assert_eq!(Outcome::default().verdict(), Verdict::Pass);
@@ -215,7 +228,7 @@ mod tests {
     fn a_table_says_what_fails_and_why_it_matters() {
         let mut report = Report {
             title: "X.fmu".into(),
-            rows: Vec::new(),
+            ..Report::default()
         };
         report.push("files", PROMISE, Outcome::default());
         let fails = (1..8).map(|k| format!("wrong\t{k}")).collect();
@@ -224,6 +237,10 @@ mod tests {
             ..Outcome::default()
         };
         report.push("calls", PROMISE, outcome);
+        // What no standard asks for cannot break it.
+        let why = "else it does not";
+        let crashed = Outcome::failed("it crashed");
+        report.push("misuse", Promise { why, ..PROMISE }, crashed);
         let text = report.to_string();
         assert!(
             text.starts_with(
@@ -233,7 +250,13 @@ mod tests {
         );
         assert!(text.contains("! wrong\\t5\n"), "{text}");
         assert!(text.contains("! and 2 more like it\n"), "{text}");
-        assert!(text.contains("→ else it does not\n"), "{text}");
-        assert!(text.ends_with("\n1 passed, 1 failed, 0 with remarks, 0 not checked\n"));
+        assert!(
+            text.contains("→ else it does not [FMI 2.0, 2.1]\n"),
+            "{text}"
+        );
+        let robust = "  not robust   it works\n               ~ it crashed\n               → else it does not\n";
+        assert!(text.contains(robust), "{text}");
+        let counts = "1 passed, 1 failed (the standard is broken), 1 not robust (no standard asks for it), 0 not checked";
+        assert!(text.ends_with(&format!("\n{counts}\n")), "{text}");
     }
 }

@@ -2,6 +2,7 @@
 //! its own process, so a crash, a hang or a line on standard output becomes a row of the report.
 
 mod calls;
+mod dependence;
 mod derivatives;
 mod exchange;
 mod fmi3_only;

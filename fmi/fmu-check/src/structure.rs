@@ -12,19 +12,19 @@ use super::variables::Variable;
 const AREA: &str = "model description";
 const WHOLE: Promise = Promise {
     text: "identity, default experiment and log categories make sense",
-    why: "the guid ties description and library together; tools propose the default experiment to their users",
+    why: "the guid ties description and library together; tools propose the default experiment to their users [FMI 2.0, 2.2.1, 2.2.4, 3.3.1, 4.3.1; FMI 3.0, 2.4.1, 2.4.2, 2.4.5]",
 };
 const OUTPUTS: Promise = Promise {
     text: "Outputs lists every output, each once, and nothing else",
-    why: "importers sort their calls by it; what is not listed does not exist for them",
+    why: "importers sort their calls by it; what is not listed does not exist for them [FMI 2.0, 2.2.8; FMI 3.0, 2.4.8]",
 };
 const INITIAL: Promise = Promise {
     text: "InitialUnknowns lists exactly what is computed in initialization",
-    why: "importers solve the initialization of a coupled system by it",
+    why: "importers solve the initialization of a coupled system by it [FMI 2.0, 2.2.8; FMI 3.0, 2.4.8]",
 };
 const DEPENDENCIES: Promise = Promise {
     text: "dependencies and derivatives name variables that are there, and dependenciesKind has one word for each",
-    why: "importers look for algebraic loops along them",
+    why: "importers look for algebraic loops along them [FMI 2.0, 2.2.8; FMI 3.0, 2.4.8]",
 };
 
 /// Values of dependenciesKind, the same in both versions.
@@ -150,13 +150,13 @@ fn whole(root: &Element, version: Version) -> Outcome {
         let [start, stop, step, tolerance] = ["startTime", "stopTime", "stepSize", "tolerance"]
             .map(|a| experiment.number(a).ok().flatten());
         if stop.is_some_and(|stop| stop <= start.unwrap_or(0.0)) {
-            outcome.fail("DefaultExperiment: stopTime must be after startTime");
+            outcome.remark("DefaultExperiment: stopTime must be after startTime");
         }
         if step.is_some_and(|step| step.is_nan() || step <= 0.0) {
-            outcome.fail("DefaultExperiment: stepSize must be above 0");
+            outcome.remark("DefaultExperiment: stepSize must be above 0");
         }
         if tolerance.is_some_and(|t| t.is_nan() || t <= 0.0) {
-            outcome.fail("DefaultExperiment: tolerance must be above 0");
+            outcome.remark("DefaultExperiment: tolerance must be above 0");
         }
     }
     let categories = root.listed("LogCategories", "Category");

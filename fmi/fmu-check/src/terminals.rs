@@ -13,11 +13,11 @@ const AREA: &str = "terminals";
 const FILE: &str = "terminalsAndIcons/terminalsAndIcons.xml";
 const SCHEMA: Promise = Promise {
     text: "terminalsAndIcons.xml, if there is one, is UTF-8, well-formed, and valid by its schema",
-    why: "importers ignore the file, or refuse the whole FMU",
+    why: "importers ignore the file, or refuse the whole FMU [FMI 3.0, 2.4.9]",
 };
 const MEMBERS: Promise = Promise {
     text: "terminals and their members have names of their own; members are variables that are there; icons are files",
-    why: "importers connect all members of two terminals at once, by name",
+    why: "importers connect all members of two terminals at once, by name [FMI 3.0, 2.4.9.2]",
 };
 
 /// Checks the terminals, if there are any.

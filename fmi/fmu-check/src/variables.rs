@@ -27,7 +27,7 @@ pub fn check(root: &Element, variables: &[Variable], version: Version, report: &
     push(roles::check(variables, version));
     push(values::numbers(variables, version));
     push(values::types(variables));
-    push(units::check(root, variables));
+    push(units::check(root, variables, version));
     if version == Version::Fmi3 {
         push(arrays::check(variables));
         push(clocks::check(root, variables));

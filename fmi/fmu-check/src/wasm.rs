@@ -9,11 +9,11 @@ use fmi_description::Entries;
 const AREA: &str = "WebAssembly";
 const WORLD: Promise = Promise {
     text: "it is a component of the world `co-simulation-fmu` of FMI-LS-WASM, with a manifest",
-    why: "hosts look for these interfaces when they instantiate it",
+    why: "hosts look for these interfaces when they instantiate it [FMI-LS-WASM, draft]",
 };
 const ALONE: Promise = Promise {
     text: "it imports nothing but types and callbacks",
-    why: "a host must offer all that a component imports; many have no files and no clock",
+    why: "a host must offer all that a component imports; many have no files and no clock [FMI-LS-WASM, draft]",
 };
 
 /// Checks the components of an FMU for co-simulation with these model identifiers, if it has any.

@@ -97,6 +97,13 @@ pub fn is_in_call() -> bool {
     is_here && own_slot().map_or_else(|| SLOTS.iter().any(is_busy), is_busy)
 }
 
+/// The calls that are under way in all threads, in words.
+pub fn calls() -> Vec<String> {
+    let is_busy = |slot: &&Slot| !slot.who.load(Relaxed).is_null();
+    let busy = SLOTS.iter().filter(is_busy);
+    busy.map(Slot::to_string).collect()
+}
+
 fn own_slot() -> Option<&'static Slot> {
     let own = thread();
     SLOTS.iter().find(|slot| slot.thread.load(Relaxed) == own)

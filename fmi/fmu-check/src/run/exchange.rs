@@ -1,11 +1,13 @@
 //! Probes of Model Exchange, for `supervision`, with an importer that integrates the states itself.
 
-use anyhow::{Result, bail, ensure};
+use anyhow::{Result, bail};
+use fmi_description::{Access, Causality, Variability, Variable};
 
+use super::dependence::{self, Computed};
 use super::probe::probes;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
-use fmi_import::instance::{Instance, InstanceOptions, start_time};
+use fmi_import::instance::{Instance, InstanceOptions, references, start_time};
 use fmi_import::raw::{Array, ContinuousValues, InstanceKind, RawInstance, Update};
 use fmi_import::standard::Mode;
 
@@ -13,15 +15,20 @@ use fmi_import::standard::Mode;
 pub(super) const AREA: &str = "model exchange";
 /// Steps of the integrator.
 const STEPS: usize = 200;
+/// How many states and how many inputs are moved at most.
+const MOST: usize = 500;
 
 probes! {
     "model exchange" {
         opened integrate:
             "an importer integrates it, handles its events, and finds derivatives and states as variables too",
-            "tools with a solver of their own take this interface";
+            "tools with a solver of their own take this interface [FMI 2.0, 3.2; FMI 3.0, 3.2]";
         opened go_back.if_claimed(|c| c.saves_state):
             "a state that is set again leads to the same future in Model Exchange, bit for bit",
-            "solvers repeat steps, and expect that equations depend on the state alone";
+            "solvers repeat steps, and expect that equations depend on the state alone [FMI 2.0, 2.1.8; FMI 3.0, 2.2.7.4]";
+        opened moving:
+            "derivatives and outputs move at once only with states and inputs that they list in their dependencies",
+            "solvers leave what is not listed out of their Jacobians, and importers read outputs too early [FMI 2.0, 2.2.8; FMI 3.0, 2.4.8]";
     }
 }
 
@@ -31,6 +38,8 @@ struct IntegratedInstance<'a> {
     x: Vec<f64>,
     next: f64,
     events: usize,
+    /// The model has asked to end the simulation.
+    ends: bool,
 }
 
 impl<'a> IntegratedInstance<'a> {
@@ -52,30 +61,26 @@ impl<'a> IntegratedInstance<'a> {
             x: vec![0.0; n],
             next: f64::INFINITY,
             events: 0,
+            ends: false,
         };
         new.handle_events()?;
-        let nominals = new.read(ContinuousValues::Nominals, n)?;
-        ensure!(
-            nominals.iter().all(|x| *x > 0.0),
-            "nominal values {nominals:?} must be positive"
-        );
         Ok(new)
     }
 
     fn handle_events(&mut self) -> Result<()> {
-        let (time, mut update) = (self.instance.time, Update::default());
+        let mut update = Update::default();
         let handle = |raw: &RawInstance| raw.handle_events(&mut update);
         self.instance.done("events", handle)?;
         self.next = update.next;
-        ensure!(
-            !update.terminates,
-            "the model ends the simulation at {time} s"
-        );
+        self.ends |= update.terminates;
         self.x = self.read(ContinuousValues::States, self.x.len())?;
         Ok(())
     }
 
     fn read(&self, which: ContinuousValues, n: usize) -> Result<Vec<f64>> {
+        if n == 0 {
+            return Ok(Vec::new()); // not every FMU takes an array of length 0
+        }
         let mut values = vec![f64::NAN; n];
         let name = format!("{} at t = {} s", which.function(), self.instance.time);
         let read = |raw: &RawInstance| raw.get_continuous(which, Some(&mut values), n);
@@ -90,8 +95,10 @@ impl<'a> IntegratedInstance<'a> {
     fn derivatives(&mut self, t: f64, x: &[f64]) -> Result<Vec<f64>> {
         self.instance.time = t;
         (self.instance).done("fmi2SetTime", |raw| raw.set_time(t))?;
-        let set = |raw: &RawInstance| raw.set_continuous_states(Array::Elements(x));
-        self.instance.done("fmi2SetContinuousStates", set)?;
+        if !x.is_empty() {
+            let set = |raw: &RawInstance| raw.set_continuous_states(Array::Elements(x));
+            self.instance.done("fmi2SetContinuousStates", set)?;
+        }
         self.read(ContinuousValues::Derivatives, x.len())
     }
 
@@ -120,6 +127,7 @@ impl<'a> IntegratedInstance<'a> {
         let complete = |raw: &RawInstance| raw.completed_integrator_step(&mut requests);
         self.instance
             .done("fmi2CompletedIntegratorStep", complete)?;
+        self.ends |= requests[1];
         let after = self.indicators()?;
         let passed = before
             .iter()
@@ -133,6 +141,86 @@ impl<'a> IntegratedInstance<'a> {
         }
         Ok(())
     }
+}
+
+impl IntegratedInstance<'_> {
+    /// The derivatives and Real outputs in a state, as bits.
+    fn computed(&mut self, x: &[f64]) -> Result<Computed<u64>> {
+        let rates = self.derivatives(self.instance.time, x)?;
+        let description = &self.instance.fmu.description;
+        let (variables, unknowns) = (&description.variables, &description.derivatives);
+        let outputs = self
+            .instance
+            .must_read(&references(variables, is_real_output))?;
+        let of = |k: usize| vec![k; variables[k].size()];
+        let all = (0..variables.len()).filter(|k| is_real_output(&variables[*k]));
+        let owners = unknowns.iter().map(|u| u.variable).chain(all).flat_map(of);
+        let values = rates.iter().chain(&outputs).map(|value| value.to_bits());
+        Ok(owners.zip(values).collect())
+    }
+
+    /// Moves one state or continuous input at a time by a `part` of its size, and compares what
+    /// moves with what is declared. Returns the number of pairs.
+    fn compare(&mut self, part: f64, outcome: &mut Outcome) -> Result<usize> {
+        let (description, x) = (&self.instance.fmu.description, self.x.clone());
+        let (variables, mut acting) = (&description.variables, 0);
+        let states = description.derivatives.iter();
+        let states = states.filter_map(|u| description.state_of(u.variable));
+        let states = states
+            .flat_map(|k| vec![k; variables[k].size()])
+            .enumerate();
+        let inputs = (0..variables.len()).filter(|k| {
+            let v = &variables[*k];
+            let is_real = v.access() == Access::Real && v.size() == 1;
+            is_real && v.is_input() && v.variability == Variability::Continuous
+        });
+        let states = states.map(|(place, k)| (Some(place), k)).take(MOST);
+        for (place, known) in states.chain(inputs.map(|k| (None, k)).take(MOST)) {
+            let v = &variables[known];
+            let old = match place {
+                Some(place) => x[place],
+                None => self.instance.read(v)?[0],
+            };
+            let by = part * v.nominal.unwrap_or(1.0).abs().max(old.abs());
+            let [min, max] = v.bounds();
+            let fits = |to: &f64| (min..=max).contains(to);
+            let Some(new) = [old + by, old - by].into_iter().find(fits) else {
+                continue;
+            };
+            let mut at = |value: f64| {
+                let mut x = x.clone();
+                match place {
+                    Some(place) => x[place] = value,
+                    None => {
+                        let status = self.instance.set_reals(&[v.reference], &[value]);
+                        self.instance.must("fmi2SetReal", status)?;
+                    }
+                }
+                self.computed(&x)
+            };
+            if let [Ok(before), Ok(after), Ok(again)] = [old, new, old].map(&mut at) {
+                let values = [&before, &after, &again];
+                acting += dependence::compare(description, known, values, false, outcome);
+            }
+        }
+        Ok(acting)
+    }
+}
+
+fn is_real_output(v: &Variable) -> bool {
+    v.causality == Causality::Output && v.access() == Access::Real
+}
+
+fn moving(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
+    let mut model = IntegratedInstance::started(fmu, "moving")?;
+    let mut acting = 0;
+    for part in [1e-3, 0.2] {
+        acting = acting.max(model.compare(part, outcome)?);
+        let mut steps = 0..5;
+        steps.try_for_each(|_| model.step(step_length(fmu)))?;
+    }
+    outcome.note(format!("{acting} pairs move at once"));
+    Ok(())
 }
 
 /// Step of the integrator, s: that of the default experiment or a two-hundredth of the experiment,
@@ -150,8 +238,15 @@ fn step_length(fmu: &Fmu) -> f64 {
 fn integrate(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let mut model = IntegratedInstance::started(fmu, "integrated")?;
     let described = |k: usize| &fmu.description.variables[k];
+    let nominals = model.read(ContinuousValues::Nominals, model.x.len())?;
+    if !nominals.iter().all(|x| *x > 0.0) {
+        outcome.fail(format!("nominal values {nominals:?} must be positive"));
+    }
     for step in 0..STEPS {
         model.step(step_length(fmu))?;
+        if model.ends {
+            break;
+        }
         if step % 50 != 0 {
             continue;
         }

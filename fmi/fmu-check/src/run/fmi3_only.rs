@@ -14,7 +14,7 @@ probes! {
     "simulation" {
         opened step_end.only_in(Version::Fmi3):
             "a step tells how it ended: not early where that was not allowed, and at its last successful time",
-            "importers go on from there";
+            "importers go on from there [FMI 3.0, 4.2.1.1]";
     }
     "misuse" {
         opened counts.only_in(Version::Fmi3):
@@ -24,7 +24,7 @@ probes! {
     "derivatives" {
         opened variable_dependencies.only_in(Version::Fmi3).if_claimed(|c| c.element_dependencies):
             "dependencies of elements are those of ModelStructure, if providesPerElementDependencies",
-            "importers sort by the latter and differentiate by the former";
+            "importers sort by the latter and differentiate by the former [FMI 3.0, 2.2.9]";
     }
 }
 
@@ -107,6 +107,9 @@ fn variable_dependencies(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
             &format!("fmi3GetNumberOfVariableDependencies of `{name}`"),
             status,
         )?;
+        if n == 0 {
+            continue;
+        }
         let (status, of, on) = instance.get_dependencies(reference, n);
         instance.must(&format!("fmi3GetVariableDependencies of `{name}`"), status)?;
         // Elements count from 1, and 0 stands for all of them (FMI 3.0.2, section 2.2.10).

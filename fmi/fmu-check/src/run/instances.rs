@@ -1,11 +1,11 @@
 //! Probes of several instances (in turn, many, in threads) and of a reset, for `supervision`.
 
-use anyhow::{Result, ensure};
+use anyhow::Result;
 
 use super::probe::probes;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
-use fmi_import::instance::{Instance, step_size};
+use fmi_import::instance::{Instance, start_time, step_size};
 use fmi_import::standard::Mode;
 
 const STEPS: usize = 20;
@@ -16,19 +16,19 @@ probes! {
     "instances" {
         opened repeat:
             "two instances, one after the other, do the same bit for bit",
-            "a result that cannot be repeated cannot be checked";
+            "a result that cannot be repeated cannot be checked [FMI 2.0, 2.1.5; FMI 3.0, 2.3.2]";
         opened turns.unless(is_single):
             "an instance does the same while another takes turns with it",
-            "coupled systems hold several instances of one FMU, which must not share data";
+            "coupled systems hold several instances of one FMU, which must not share data [FMI 2.0, 2.1.5; FMI 3.0, 2.3.2]";
         opened many.unless(is_single):
             "a dozen instances live at a time and are freed in another order",
-            "sweeps and coupled systems do that";
+            "sweeps and coupled systems do that [FMI 2.0, 2.1.5; FMI 3.0, 2.3.2]";
         opened threads.unless(is_single):
             "instances in four threads do what one alone does",
             "importers step the parts of a system in parallel";
         opened reset:
             "after a reset it does what a new instance does, bit for bit",
-            "importers repeat simulations so, instead of loading again";
+            "importers repeat simulations so, instead of loading again [FMI 2.0, 2.1.6; FMI 3.0, 2.3.1]";
     }
 }
 
@@ -37,9 +37,18 @@ fn alone(fmu: &Fmu) -> Result<Vec<u64>> {
     Instance::started(fmu, "alone")?.run_excited(STEPS, 0)
 }
 
-fn same(one: &[u64], other: &[u64], what: &str) -> Result<()> {
-    ensure!(one == other, "what can be read differs {what}");
-    Ok(())
+/// Reports that what can be read differs in two runs: as far as solvers may go, which begin anew,
+/// that is not robust.
+pub fn compare(one: &[u64], other: &[u64], what: &str, outcome: &mut Outcome) {
+    let is_near = |(a, b): (&u64, &u64)| {
+        let [a, b] = [*a, *b].map(f64::from_bits);
+        a == b || (a - b).abs() <= 1e-4 * a.abs().max(b.abs()) + 1e-9 || a.is_nan() && b.is_nan()
+    };
+    match one.len() == other.len() && one.iter().zip(other).all(is_near) {
+        _ if one == other => {}
+        true => outcome.remark(format!("what can be read differs {what}, by 1e-4 at most")),
+        false => outcome.fail(format!("what can be read differs {what}")),
+    }
 }
 
 /// Why there cannot be several instances, if the FMU declares that.
@@ -48,12 +57,18 @@ fn is_single(fmu: &Fmu) -> Option<&'static str> {
     only_once.then_some("the FMU says canBeInstantiatedOnlyOncePerProcess")
 }
 
-fn repeat(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
+fn repeat(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let first = alone(fmu)?;
-    same(&first, &alone(fmu)?, "from the first to the second")
+    compare(
+        &first,
+        &alone(fmu)?,
+        "from the first to the second",
+        outcome,
+    );
+    Ok(())
 }
 
-fn turns(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
+fn turns(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let expected = alone(fmu)?;
     let mut watched = Instance::started(fmu, "watched")?;
     let mut other = Instance::started(fmu, "other")?;
@@ -67,10 +82,16 @@ fn turns(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
         other.step(h)?;
         bits.extend(watched.observe()?);
     }
-    same(&expected, &bits, "from what it is without the other")
+    compare(
+        &expected,
+        &bits,
+        "from what it is without the other",
+        outcome,
+    );
+    Ok(())
 }
 
-fn many(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
+fn many(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let expected = alone(fmu)?;
     let made: Result<Vec<_>, _> = (0..MANY)
         .map(|k| Instance::started(fmu, &format!("instance {k}")))
@@ -84,11 +105,12 @@ fn many(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
             instances.len() - 1
         };
         let mut instance = instances.swap_remove(place);
-        same(
+        compare(
             &expected,
             &instance.run_excited(STEPS, 0)?,
             "from that of one alone",
-        )?;
+            outcome,
+        );
     }
     Ok(())
 }
@@ -103,35 +125,34 @@ fn threads(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
             .collect::<Vec<_>>()
     });
     for result in results {
-        if let Err(reason) =
-            result.and_then(|bits| same(&expected, &bits, "from that of one alone"))
-        {
-            outcome.remark(reason.to_string());
-        }
+        compare(&expected, &result?, "from that of one alone", outcome);
     }
     Ok(())
 }
 
-fn reset(fmu: &Fmu, _: &mut Outcome) -> Result<()> {
+fn reset(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let expected = alone(fmu)?;
     let mut instance = Instance::started(fmu, "reset")?;
     instance.run_excited(STEPS, 9)?;
     instance.enter(Mode::Instantiated)?;
     instance.initialize()?;
-    same(
+    compare(
         &expected,
         &instance.run_excited(STEPS, 0)?,
         "from that of a new instance",
-    )?;
+        outcome,
+    );
     // From Initialization Mode, and straight after fmi2Instantiate, too.
     instance.enter(Mode::Instantiated)?;
-    instance.setup(0.0, Some(1e9 * step_size(fmu)))?;
+    instance.setup(start_time(fmu), None)?;
     instance.enter(Mode::Initialization)?;
     instance.enter(Mode::Instantiated)?;
     instance.initialize()?;
-    same(
+    compare(
         &expected,
         &instance.run_excited(STEPS, 0)?,
         "after a reset in Initialization Mode",
-    )
+        outcome,
+    );
+    Ok(())
 }

@@ -1,6 +1,6 @@
 //! Probes with wrong calls, for `supervision`. They must be refused, and must not change what the
-//! instance does afterwards. The standard forbids importers to make them, so to accept one is a
-//! remark; a crash is a failure.
+//! instance does afterwards. The standard forbids importers to make them, so whatever an FMU does,
+//! it is not robust at worst.
 
 use std::ffi::c_int;
 

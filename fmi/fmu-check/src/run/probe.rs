@@ -43,7 +43,7 @@ pub struct Probe {
 }
 
 /// The table `PROBES` of a file. Under each heading, for each probe: how it is tested, the promise,
-/// and why it matters.
+/// why it matters, with the sections of the standard that ask for it, if any do.
 macro_rules! probes {
     ($($area:literal { $($kind:ident $run:ident $(.$how:ident($($argument:expr)?))*: $text:literal, $why:literal;)* })*) => {
         pub const PROBES: &[super::probe::Probe] = &[$($(

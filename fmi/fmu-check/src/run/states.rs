@@ -2,6 +2,7 @@
 
 use anyhow::Result;
 
+use super::instances::compare;
 use super::probe::probes;
 use crate::outcome::Outcome;
 use fmi_import::raw::StateHandle;
@@ -14,10 +15,10 @@ probes! {
     "saved states" {
         opened restore.if_claimed(|c| c.saves_state):
             "a state that is set again leads to the same future, bit for bit, if canGetAndSetFMUstate",
-            "iterating and error controlling importers go back and repeat a step";
+            "iterating and error controlling importers go back and repeat a step [FMI 2.0, 2.1.8; FMI 3.0, 2.2.7.4]";
         opened serialize.if_claimed(|c| c.saves_state && c.serializes_state):
             "bytes of a state carry it to another instance, if canSerializeFMUstate",
-            "long simulations are interrupted and go on in another process";
+            "long simulations are interrupted and go on in another process [FMI 2.0, 2.1.8; FMI 3.0, 2.2.7.4]";
         opened damaged.if_claimed(|c| c.saves_state && c.serializes_state):
             "damaged bytes are refused, if canSerializeFMUstate",
             "files get truncated, and a state made of half a file is wrong unnoticed";
@@ -36,11 +37,13 @@ fn restore(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
         (at_start, t0, 0, &first),
     ] {
         instance.go_back(state, time)?;
-        if instance.run_excited(STEPS, phase)? != *expected {
-            outcome.fail(format!(
-                "back at t = {time} s, the steps that follow give other numbers than before"
-            ));
-        }
+        let found = instance.run_excited(STEPS, phase)?;
+        compare(
+            expected,
+            &found,
+            &format!("after the state of {time} s is set"),
+            outcome,
+        );
     }
     instance.free(at_start)?;
     instance.free(in_between)?;
@@ -58,9 +61,8 @@ fn serialize(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let (status, state) = other.state_from_bytes(&bytes);
     other.must("fmi2DeSerializeFMUstate", status)?;
     other.go_back(state, time)?;
-    if other.run_excited(STEPS, STEPS)? != expected {
-        outcome.fail("results differ in the other instance");
-    }
+    let found = other.run_excited(STEPS, STEPS)?;
+    compare(&expected, &found, "in the other instance", outcome);
     other.free(state)
 }
 

@@ -4,6 +4,8 @@
 use std::fs::{self, File};
 use std::path::Path;
 use std::process::{Command, Stdio};
+use std::sync::atomic::Ordering::Relaxed;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
@@ -15,6 +17,8 @@ use super::{
 };
 use crate::options::CheckOptions;
 use crate::outcome::{Outcome, Promise, Report};
+use fmi_import::instance::{ONE_BY_ONE, SAID};
+use fmi_import::under_way::{self, EXIT_CODE};
 use fmi_import::{Fmu, wait_with_limit, with_fmi3_names};
 
 /// After this a probe counts as hanging; after less if the plain run was quick.
@@ -25,6 +29,13 @@ const SHORTEST: Duration = Duration::from_secs(20);
 /// runs.
 const PLAIN_RUNS: u32 = 100;
 
+/// A process that has not ended by itself so long after its time limit is killed.
+const GRACE: Duration = Duration::from_secs(2);
+/// How a process says that it has reached its time limit.
+const NO_ANSWER: &str = "no answer within";
+
+/// Probes that need neither Co-Simulation nor Model Exchange.
+const OF_ANY: [&str; 3] = [LOADS, "versions", "free_nothing"];
 /// The probe that loads the library; if it fails, the others cannot be tried.
 const LOADS: &str = "loads";
 /// The plain run.
@@ -58,7 +69,7 @@ fn probes() -> impl Iterator<Item = &'static Probe> {
 /// The result of a probe's process.
 struct ProbeResult {
     outcome: Outcome,
-    /// The process had to be killed.
+    /// The process did not end in time.
     hangs: bool,
     /// First line that the process printed.
     printed: Option<String>,
@@ -68,7 +79,7 @@ struct ProbeResult {
 /// are in two folders, of which the second has an odd name.
 pub fn all(
     options: CheckOptions,
-    (version, has_exchange): (Version, bool),
+    (version, [simulates, exchanges]): (Version, [bool; 2]),
     [plain, odd]: [&Path; 2],
     scratch: &Path,
     report: &mut Report,
@@ -77,10 +88,15 @@ pub fn all(
     let mut printed = Outcome::default();
     let checks_silence = SILENCE.text.contains(options.only);
     let mut longest = LONGEST;
-    // Why the first steps failed, if they did: the others fail for the same reasons.
+    // Why the first steps failed, if they did, and other probes of what the standard asks for:
+    // further ones fail for the same reasons.
     let mut known: Vec<String> = Vec::new();
     let applies = |p: &&Probe| {
-        p.version.is_none_or(|v| v == version) && (has_exchange || p.area != exchange::AREA)
+        let is_offered = match p.area {
+            exchange::AREA => exchanges,
+            _ => simulates || OF_ANY.contains(&p.name),
+        };
+        is_offered && p.version.is_none_or(|v| v == version)
     };
     for probe in probes().filter(applies) {
         let is_wanted = probe.promise.text.contains(options.only);
@@ -93,6 +109,7 @@ pub fn all(
                 "all probes together may take {} s (--timeout)",
                 options.limit.as_secs()
             );
+            report.out_of_time = true;
             report.push("simulation", REST, Outcome::not_checked(reason));
             break;
         }
@@ -105,10 +122,11 @@ pub fn all(
             printed: line,
         } = run_process(options, probe, folder, scratch, limit)?;
         if hangs && limit < longest {
-            outcome = Outcome::failed(format!(
+            outcome = Outcome::not_checked(format!(
                 "no answer when the time for all probes was up, {} s (--timeout)",
                 options.limit.as_secs()
             ));
+            report.out_of_time = true;
         }
         if probe.name == RUN {
             longest = (PLAIN_RUNS * clock.elapsed()).clamp(SHORTEST, LONGEST);
@@ -119,15 +137,12 @@ pub fn all(
         }
         let is_stuck = probe.is_first_step && (hangs || probe.name == LOADS);
         let ends_here = is_stuck && !outcome.fails.is_empty();
-        if probe.is_first_step {
-            known.extend(outcome.fails.iter().map(|reason| without_numbers(reason)));
-        } else if !outcome.fails.is_empty()
-            && outcome
-                .fails
-                .iter()
-                .all(|reason| known.contains(&without_numbers(reason)))
-        {
-            outcome = Outcome::not_checked("it fails as the plain run does");
+        let reasons: Vec<_> = outcome.fails.iter().map(|r| without_numbers(r)).collect();
+        let is_known = !reasons.is_empty() && reasons.iter().all(|r| known.contains(r));
+        if is_known && !probe.is_first_step {
+            outcome = Outcome::not_checked("it fails as an earlier promise does");
+        } else if probe.is_first_step || probe.promise.is_ruled() {
+            known.extend(reasons);
         }
         if is_wanted {
             report.push(probe.area, probe.promise, outcome);
@@ -149,7 +164,8 @@ fn without_numbers(reason: &str) -> String {
     reason.replace(|c: char| c.is_ascii_digit(), "")
 }
 
-/// Runs a probe in its own process.
+/// Runs a probe in its own process, and once more if it dies in a call that gets or sets, to find
+/// out of which variable.
 fn run_process(
     options: CheckOptions,
     probe: &Probe,
@@ -157,42 +173,106 @@ fn run_process(
     scratch: &Path,
     limit: Duration,
 ) -> Result<ProbeResult> {
+    let run = |further: &[&str]| run_once(options, probe, (folder, scratch), limit, further);
+    let result = run(&[])?;
+    let is_access = |reason: &String| {
+        let name = reason.get(4..7);
+        matches!(name, Some("Get" | "Set")) && reason.contains(" crashed ")
+    };
+    if !result.outcome.fails.iter().any(is_access) {
+        return Ok(result);
+    }
+    let again = run(&["--one-by-one"])?;
+    let is_same = !again.hangs && again.outcome.fails.iter().any(is_access);
+    Ok(if is_same { again } else { result })
+}
+
+fn run_once(
+    options: CheckOptions,
+    probe: &Probe,
+    (folder, scratch): (&Path, &Path),
+    limit: Duration,
+    further: &[&str],
+) -> Result<ProbeResult> {
     let [result, output] = ["result.json", "output.txt"].map(|name| scratch.join(name));
     let _ = fs::remove_file(&result); // left by the probe before; there is none at first
     let sink = File::create(&output).with_context(|| output.display().to_string())?;
     let mut command = Command::new(options.program);
     let arguments = [folder, &result];
-    command.args(options.words);
+    command.args(options.words).args(further);
     command.args(["--try", probe.name]).args(arguments);
+    command.arg(limit.as_millis().to_string());
     command.stdin(Stdio::null());
     command.stdout(sink.try_clone()?).stderr(sink);
     let child = command.spawn();
     let status = wait_with_limit(
         child.with_context(|| options.program.display().to_string())?,
-        limit,
+        limit + GRACE,
     )?;
     let printed = first_line(&output);
-    let outcome = match status {
-        None => Outcome::failed(format!("no answer within {} s", limit.as_secs())),
-        Some(status) => match fs::read(&result) {
-            Ok(bytes) if status.success() => serde_json::from_slice(&bytes)?,
-            _ => {
-                let last_words = printed.as_ref().map_or(String::new(), |line| {
-                    format!(", after it had printed: {line}")
-                });
-                Outcome::failed(format!("the process died: {status}{last_words}"))
-            }
-        },
+    let told = told(&output);
+    let outcome = match (status, told) {
+        (Some(status), _) if status.success() && result.exists() => {
+            serde_json::from_slice(&fs::read(&result)?)?
+        }
+        (Some(status), Some(told)) if status.code() == Some(EXIT_CODE.into()) => {
+            Outcome::failed(told)
+        }
+        (Some(status), _) => {
+            let line = printed.as_ref();
+            let words = line.map_or(String::new(), |line| {
+                format!(", after it had printed: {line}")
+            });
+            Outcome::failed(format!("the process died: {status}{words}"))
+        }
+        (None, told) => {
+            Outcome::failed(told.unwrap_or(format!("{NO_ANSWER} {} s", limit.as_secs())))
+        }
     };
+    let is_silent = |reason: &String| reason.contains(NO_ANSWER);
     Ok(ProbeResult {
+        hangs: status.is_none() || outcome.fails.iter().any(is_silent),
         outcome,
-        hangs: status.is_none(),
         printed,
     })
 }
 
-/// Runs one probe in this process, and writes its outcome to the file `result`.
-pub fn one(name: &str, folder: &Path, result: &Path) -> Result<()> {
+/// What the importer said of the call in which a process ended: without the name of the instance,
+/// which the user did not choose, and with the variable if that was said.
+fn told(output: &Path) -> Option<String> {
+    let text = fs::read(output).ok()?;
+    let text = String::from_utf8_lossy(&text);
+    let line = text.lines().find_map(|line| line.strip_prefix("error: "))?;
+    let call = match line.split_once(": ") {
+        Some((name, call)) if name != "NULL" && !name.contains("meanwhile") => call,
+        _ => return Some(line.into()),
+    };
+    let mut lines = text.lines().rev();
+    let variable = lines.find_map(|line| line.strip_prefix(SAID));
+    Some(match (variable, call.split_once(' ')) {
+        (Some(variable), Some((name, rest))) => format!("{name} of {variable} {rest}"),
+        _ => call.into(),
+    })
+}
+
+/// Runs one probe in this process, and writes its outcome to the file `result`. When the limit is
+/// reached, the process says in which call it is, and ends.
+pub fn one(
+    name: &str,
+    folder: &Path,
+    result: &Path,
+    limit: Duration,
+    one_by_one: bool,
+) -> Result<()> {
+    thread::spawn(move || {
+        thread::sleep(limit);
+        let (seconds, mut calls) = (limit.as_secs(), under_way::calls());
+        calls.iter_mut().for_each(|call| *call += ": ");
+        eprintln!("error: {}{NO_ANSWER} {seconds} s", calls.concat());
+        under_way::allow_exit();
+        std::process::exit(EXIT_CODE.into());
+    });
+    ONE_BY_ONE.store(one_by_one, Relaxed);
     let probe = probes().find(|probe| probe.name == name);
     let probe = probe.with_context(|| format!("there is no probe `{name}`"))?;
     let mut outcome = probe.outcome(folder);

@@ -1,43 +1,51 @@
 //! Probes of values set and read, and of outputs that inputs act on at once, for `supervision`.
 
+use std::ffi::c_int;
+
 use anyhow::Result;
 use fmi_description::{Access, Causality, Initial, Variability, Variable};
 
+use super::dependence::{self, Computed};
 use super::probe::probes;
 use crate::outcome::Outcome;
 use fmi_import::Fmu;
-use fmi_import::instance::{Instance, last_message, references, start_and_scale, step_size};
+use fmi_import::instance::{Instance, last_message, start_and_scale, step_size};
 use fmi_import::status::{OK, WARNING};
 
 probes! {
     "values" {
         opened starts:
             "parameters and inputs begin at the start values of the description",
-            "tools show those to their users, and set only what differs from them";
+            "tools show those to their users, and set only what differs from them [FMI 2.0, 2.2.7; FMI 3.0, 2.4.7.4]";
         opened read_back:
             "an input that is set is read back bit for bit",
             "importers and users check what they have set";
         opened dependencies.unless(without_reading_after_set):
             "an input acts at once only on outputs that list it in their dependencies",
-            "importers read outputs before such inputs are set, and then compute with old values";
+            "importers read outputs before such inputs are set, and then compute with old values [FMI 2.0, 2.2.8; FMI 3.0, 2.4.8]";
     }
 }
 
-/// Whether a variable must hold its start value in Initialization Mode.
+/// Whether a variable must hold its start value before anything was set.
 fn is_given(v: &Variable) -> bool {
     let is_set = matches!(v.causality, Causality::Parameter | Causality::Input);
     is_set || v.initial == Some(Initial::Exact) || v.variability == Variability::Constant
 }
 
 fn starts(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    let instance = Instance::initializing(fmu, "starts")?;
+    // FMI 2.0 (section 4.2.4) lets nothing but unknowns be read in Initialization Mode, and
+    // everything right after it.
+    let instance = match fmu.functions.is_fmi3() {
+        true => Instance::initializing(fmu, "starts")?,
+        false => Instance::started(fmu, "starts")?,
+    };
     for v in fmu.description.variables.iter().filter(|v| is_given(v)) {
         if v.start.is_empty() || v.access() == Access::Clock {
             continue;
         }
         let (status, values) = instance.values(v);
         instance.must(
-            &format!("reading `{}` in Initialization Mode", v.name),
+            &format!("reading `{}` before the first step", v.name),
             status,
         )?;
         for (k, value) in values.iter().enumerate() {
@@ -58,8 +66,12 @@ fn starts(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 fn is_same(access: Access, a: &str, b: &str) -> bool {
     let (a, b) = (a.trim(), b.trim());
     match access {
-        Access::Real => a.parse::<f64>().is_ok_and(|a| b.parse() == Ok(a)),
-        Access::Float32 => a.parse::<f32>().is_ok_and(|a| b.parse() == Ok(a)),
+        // Descriptions are often written with fewer digits than there are.
+        Access::Real | Access::Float32 => {
+            let rounding = if access == Access::Real { 1e-12 } else { 1e-6 };
+            let [a, b] = [a, b].map(|text| text.parse::<f64>().unwrap_or(f64::NAN));
+            a == b || (a - b).abs() <= rounding * a.abs()
+        }
         Access::Boolean => [("true", "1"), ("false", "0")].contains(&(b, a)) || a == b,
         Access::String => a == b,
         Access::Binary => a.eq_ignore_ascii_case(b),
@@ -79,15 +91,13 @@ fn near_start(v: &Variable) -> Option<Vec<f64>> {
     (0..v.size()).map(near).collect()
 }
 
-fn is_real_input(v: &&Variable) -> bool {
-    v.is_input() && v.access() == Access::Real
-}
-
 fn read_back(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let instance = Instance::readable_after_set(fmu, "back")?;
     let is_input = |v: &&Variable| v.is_input() && v.access() != Access::Clock;
     for v in fmu.description.variables.iter().filter(is_input) {
-        let Some(values) = changed_values(&instance, v)? else {
+        let (status, old) = instance.values(v);
+        instance.must(&format!("reading `{}`", v.name), status)?;
+        let Some(values) = changed_values(v, &old) else {
             continue;
         };
         let status = instance.set_values(v, &values);
@@ -111,13 +121,10 @@ fn read_back(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
 }
 
 /// Values that an input does not have now; None if there are none within its bounds.
-fn changed_values(instance: &Instance, v: &Variable) -> Result<Option<Vec<String>>> {
+fn changed_values(v: &Variable, now: &[String]) -> Option<Vec<String>> {
     if v.access() == Access::Real {
-        let values = near_start(v);
-        return Ok(values.map(|values| values.iter().map(f64::to_string).collect()));
+        return near_start(v).map(|values| values.iter().map(f64::to_string).collect());
     }
-    let (status, values) = instance.values(v);
-    instance.must(&format!("reading `{}`", v.name), status)?;
     let changed = |value: &String| match v.access() {
         Access::Boolean => Some((value != "true").to_string()),
         Access::String => Some(format!("{value}x")),
@@ -130,7 +137,7 @@ fn changed_values(instance: &Instance, v: &Variable) -> Result<Option<Vec<String
             fitting.next().map(|k| k.to_string())
         }
     };
-    Ok(values.iter().map(changed).collect())
+    now.iter().map(changed).collect()
 }
 
 /// Why outputs cannot be read after an input was set, as FMI 3.0 forbids it without Event Mode.
@@ -139,45 +146,89 @@ pub fn without_reading_after_set(fmu: &Fmu) -> Option<&'static str> {
     (!fmu.functions.reads_after_set()).then_some(reason)
 }
 
+/// The values of variables with these indices; the worst status if one cannot be read.
+fn computed(instance: &Instance, of: &[usize]) -> Result<Computed<String>, c_int> {
+    let variables = &instance.fmu.description.variables;
+    let mut all = Vec::new();
+    for access in instance.fmu.accesses() {
+        let of = of.iter().filter(|k| variables[**k].access() == access);
+        let vr: Vec<_> = of.clone().map(|k| variables[*k].reference).collect();
+        if vr.is_empty() {
+            continue;
+        }
+        let (status, values) = instance.values_of(access, &vr, false);
+        if status > WARNING {
+            return Err(status);
+        }
+        let owners = of.flat_map(|k| vec![*k; variables[*k].size()]);
+        all.extend(owners.zip(values));
+    }
+    Ok(all)
+}
+
 fn dependencies(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
-    let description = &fmu.description;
-    let is_output = |v: &Variable| v.causality == Causality::Output && v.access() == Access::Real;
-    let outputs: Vec<_> = (0..description.variables.len())
-        .filter(|k| is_output(&description.variables[*k]))
-        .flat_map(|k| vec![k; description.variables[k].size()])
-        .collect();
-    let vr = references(&description.variables, is_output);
     let mut instance = Instance::started(fmu, "dependencies")?;
     (0..2).try_for_each(|_| instance.step(step_size(fmu)))?;
-    let (status, before) = instance.reals(&vr);
-    instance.must("fmi2GetReal of all outputs", status)?;
-    let mut acting = 0;
-    let inputs = description.variables.iter().enumerate();
-    for (index, input) in inputs.filter(|(_, v)| is_real_input(v)) {
-        let old = instance.read(input)?;
-        let Some(value) = near_start(input) else {
-            continue;
-        };
-        if !matches!(instance.set_reals(&[input.reference], &value), OK | WARNING) {
-            continue;
-        }
-        let (status, after) = instance.reals(&vr);
-        if matches!(status, OK | WARNING) {
-            for ((output, before), after) in outputs.iter().zip(&before).zip(&after) {
-                let acts = before.to_bits() != after.to_bits();
-                acting += usize::from(acts);
-                if acts && !description.feedthrough(*output, false).contains(&index) {
-                    let output = &description.variables[*output].name;
-                    outcome.fail(format!(
-                        "`{}` acts on `{output}`, which does not list it",
-                        input.name
-                    ));
-                }
-            }
-        }
-        let status = instance.set_reals(&[input.reference], &old);
-        instance.must(&format!("fmi2SetReal of `{}`", input.name), status)?;
-    }
-    outcome.note(format!("{acting} pairs of input and output act at once"));
+    let acting = compare(&instance, false, outcome)?;
+    drop(instance); // the FMU may allow one instance only
+    let initially = compare(&Instance::initializing(fmu, "initially")?, true, outcome)?;
+    outcome.note(format!(
+        "{acting} pairs of input and output act at once, {initially} in initialization"
+    ));
     Ok(())
+}
+
+/// Moves one input at a time, and compares the outputs that move with what is declared; returns the
+/// number of pairs.
+fn compare(instance: &Instance, initially: bool, outcome: &mut Outcome) -> Result<usize> {
+    let description = &instance.fmu.description;
+    let variables = &description.variables;
+    let all = 0..variables.len();
+    let is_readable = |k: &usize| variables[*k].access() != Access::Clock;
+    let is_output = |k: &usize| variables[*k].causality == Causality::Output;
+    let outputs: Vec<_> = (all.clone().filter(is_readable).filter(is_output)).collect();
+    let read = || computed(instance, &outputs);
+    let mut before = match read() {
+        Ok(before) => before,
+        Err(status) => {
+            instance.must("reading all outputs", status)?;
+            return Ok(0);
+        }
+    };
+    let (mut acting, mut moves) = (0, Vec::new());
+    for k in all.filter(|k| variables[*k].is_input() && is_readable(k)) {
+        let v = &variables[k];
+        // FMI 2.0 lets no input be read in Initialization Mode, but it has its start value.
+        let start = (0..v.size()).filter_map(|e| v.start_of(e).map(String::from));
+        let (status, old) = match initially {
+            true => (OK, start.collect()),
+            false => instance.values(v),
+        };
+        instance.must(&format!("reading `{}`", v.name), status)?;
+        if old.len() == v.size() {
+            moves.extend(changed_values(v, &old).map(|new| (k, old, new)));
+        }
+    }
+    for (known, old, new) in moves {
+        let v = &variables[known];
+        if instance.set_values(v, &new) > WARNING {
+            instance.messages();
+            continue;
+        }
+        let (after, back, again) = (read(), instance.set_values(v, &old), read());
+        let (Ok(after), OK | WARNING, Ok(again)) = (after, back, again) else {
+            // FMI 2.0 (section 4.2.4) lets nothing be read between a set and the next step.
+            outcome.note(format!("nothing can be read after `{}` was set", v.name));
+            break;
+        };
+        acting += dependence::compare(
+            description,
+            known,
+            [&before, &after, &again],
+            initially,
+            outcome,
+        );
+        before = again;
+    }
+    Ok(acting)
 }

@@ -7,7 +7,7 @@ use crate::outcome::{Outcome, Promise};
 
 const ARRAYS: Promise = Promise {
     text: "dimensions are fixed sizes or structural parameters, above 0; an array has one start value, or one for each element",
-    why: "importers reserve memory for as many elements, and set as many start values",
+    why: "importers reserve memory for as many elements, and set as many start values [FMI 3.0, 2.4.7.2]",
 };
 
 pub fn check(variables: &[Variable]) -> (Promise, Outcome) {

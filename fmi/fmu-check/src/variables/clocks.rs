@@ -7,7 +7,7 @@ use crate::outcome::{Outcome, Promise};
 
 const CLOCKS: Promise = Promise {
     text: "clocks have the interval that their kind wants; `clocks` and `previous` name clocks and variables that are there",
-    why: "importers tick clocks by it, and read clocked variables only when their clock ticks",
+    why: "importers tick clocks by it, and read clocked variables only when their clock ticks [FMI 3.0, 2.2.8, 2.4.7.5]",
 };
 
 pub fn check(root: &Element, variables: &[Variable]) -> (Promise, Outcome) {

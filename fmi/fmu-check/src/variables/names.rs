@@ -9,15 +9,15 @@ use crate::outcome::{Outcome, Promise};
 
 const NAMES: Promise = Promise {
     text: "names are unique; structured names follow their grammar",
-    why: "importers find variables by name, and build trees and arrays from structured names",
+    why: "importers find variables by name, and build trees and arrays from structured names [FMI 2.0, 2.2.9; FMI 3.0, 2.4.7.5.1]",
 };
 const SHARED: Promise = Promise {
     text: "one value reference is one quantity: of two variables that share it, at most one can be set",
-    why: "setting one silently changes the other",
+    why: "setting one silently changes the other [FMI 2.0, 2.2.7]",
 };
 const UNIQUE: Promise = Promise {
     text: "each value reference is that of one variable",
-    why: "importers tell variables apart by it; a second name of a variable is an alias of it",
+    why: "importers tell variables apart by it; a second name of a variable is an alias of it [FMI 3.0, 2.4.7.4]",
 };
 
 /// Checks names, those of aliases too.
@@ -55,10 +55,18 @@ fn is_structured_name(name: &str) -> bool {
     let mut rest = name;
     loop {
         rest = match rest.strip_prefix('\'') {
-            Some(quoted) => match quoted.find('\'') {
-                Some(end) if end > 0 => &quoted[end + 1..],
-                _ => return false,
-            },
+            Some(quoted) => {
+                let mut is_escaped = false;
+                let end = quoted.find(|c| {
+                    let ends = c == '\'' && !is_escaped;
+                    is_escaped = c == '\\' && !is_escaped;
+                    ends
+                });
+                match end {
+                    Some(end) if end > 0 => &quoted[end + 1..],
+                    _ => return false,
+                }
+            }
             None => {
                 let end = rest.find(|c: char| !(c.is_ascii_alphanumeric() || c == '_'));
                 let (word, after) = rest.split_at(end.unwrap_or(rest.len()));

@@ -8,7 +8,7 @@ use crate::outcome::{Outcome, Promise};
 
 const ROLES: Promise = Promise {
     text: "causality, variability and initial go together; start is given where it must be, and only there",
-    why: "importers decide by them what may be set when, and what is computed",
+    why: "importers decide by them what may be set when, and what is computed [FMI 2.0, 2.2.7; FMI 3.0, 2.4.7.4]",
 };
 
 pub fn check(variables: &[Variable], version: Version) -> (Promise, Outcome) {

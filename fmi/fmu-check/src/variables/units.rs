@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use fmi_description::Version;
 use fmi_description::xml::Element;
 
 use super::variable::Variable;
@@ -9,10 +10,10 @@ use crate::outcome::{Outcome, Promise};
 
 const UNITS: Promise = Promise {
     text: "units and display units are defined, with base units",
-    why: "importers convert by them, or refuse a connection of unlike units",
+    why: "importers convert by them, or refuse a connection of unlike units [FMI 2.0, 2.2.3; FMI 3.0, 2.4.4]",
 };
 
-pub fn check(root: &Element, variables: &[Variable]) -> (Promise, Outcome) {
+pub fn check(root: &Element, variables: &[Variable], version: Version) -> (Promise, Outcome) {
     let mut outcome = Outcome::default();
     let units: Vec<_> = root.listed("UnitDefinitions", "Unit").collect();
     let mut without_base = BTreeSet::new();
@@ -41,10 +42,14 @@ pub fn check(root: &Element, variables: &[Variable]) -> (Promise, Outcome) {
                     d == unit || defined.all("DisplayUnit").any(|u| u.get("name") == Some(d))
                 };
                 if let Some(display) = display.filter(|d| !is_defined(d)) {
-                    outcome.fail(format!(
-                        "`{}`: displayUnit `{display}` is not defined for unit `{unit}`",
-                        v.name
-                    ));
+                    let name = v.name;
+                    let fault = format!(
+                        "`{name}`: displayUnit `{display}` is not defined for unit `{unit}`"
+                    );
+                    match version {
+                        Version::Fmi2 => outcome.remark(fault), // it is ignored (section 2.2.3)
+                        Version::Fmi3 => outcome.fail(fault),
+                    }
                 }
             }
             (None, ..) => {}

@@ -7,11 +7,11 @@ use crate::outcome::{Outcome, Promise};
 
 const NUMBERS: Promise = Promise {
     text: "min ≤ start ≤ max, nominal ≠ 0, enumerations start at one of their items",
-    why: "importers refuse or clip such start values, and divide by nominal",
+    why: "importers refuse or clip such start values, and divide by nominal [FMI 2.0, 2.2.3; FMI 3.0, 2.4.4]",
 };
 const TYPES: Promise = Promise {
     text: "declared types exist and are of the variable's own kind",
-    why: "bounds, units and items are taken from them",
+    why: "bounds, units and items are taken from them [FMI 2.0, 2.2.7; FMI 3.0, 2.4.7.5]",
 };
 
 impl Variable<'_> {
@@ -41,7 +41,7 @@ pub fn numbers(variables: &[Variable], version: Version) -> (Promise, Outcome) {
             outcome.fail(format!("`{name}`: min {min} is above max {max}"));
         }
         if v.number("nominal") == Some(0.0) {
-            outcome.fail(format!("`{name}` has nominal 0"));
+            outcome.remark(format!("`{name}` has nominal 0"));
         }
         let is_enumeration = |d: &&DeclaredType| d.kind == "Enumeration";
         let items = v.declared.as_ref().filter(is_enumeration).map(|d| {

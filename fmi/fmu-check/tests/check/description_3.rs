@@ -105,7 +105,6 @@ fn mistakes_of_values_and_arrays_are_found() {
         ("start=\"1 2 3\"", "start=\"1 2 10\"", NUMBERS),
         ("start=\"1 2\"", "start=\"1 3\"", NUMBERS),
         ("start=\"-3\"", "start=\"-4\"", NUMBERS),
-        ("nominal=\"10\"", "nominal=\"0\"", NUMBERS),
         ("max=\"9\"", "max=\"9\" min=\"10\"", NUMBERS),
         ("declaredType=\"B\"", "declaredType=\"A\"", TYPES),
         ("declaredType=\"B\"", "declaredType=\"L\"", TYPES),
@@ -238,7 +237,6 @@ fn mistakes_of_the_structure_are_found() {
             "instantiationToken=\"\"",
             WHOLE,
         ),
-        ("stopTime=\"1\"", "stopTime=\"0\"", WHOLE),
         (
             "modelIdentifier=\"R\" has",
             "modelIdentifier=\"1-R\" has",

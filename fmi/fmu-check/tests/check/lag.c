@@ -12,7 +12,9 @@ enum {
     OTHER_START, ROUNDED, FEEDTHROUGH, GLOBAL, SHARED, FEW, ONE_THREAD, HALF_RESET, HALF_STATE, HALF_BYTES, NO_CHECKSUM,
     WRONG_SLOPE, NO_DERIVATIVE, NO_INPUT_DERIVATIVE, ANY_REFERENCE, ANY_NUMBER, WRITABLE, ANY_STEP, NULL_CRASH, ANY_ORDER,
     CATEGORY, CHATTER, PRINT, OTHER_ENVIRONMENT, NOWHERE, NO_STRINGS, NO_INSTANCE, HANG,
-    ENDS_AT_STOP, ENDS_AT_ERROR,
+    ENDS_AT_STOP, ENDS_AT_ERROR, WILD_REFERENCE, CRASH_AT_Z,
+    /* no mistakes: FMI 2.0 (4.2.4) lets no other values be read in Initialization Mode, and none between a set and a step */
+    STRICT_START, STRICT_ORDER,
     /* of lag3.c */
     WRONG_TRANSPOSE, UNASKED_RETURN, WRONG_TIME, ANY_COUNT, HIDDEN_DEPENDENCY, ANY_ELEMENT,
     NO_EVENTS /* no mistake, if the description says so */
@@ -37,7 +39,7 @@ typedef struct {
 
 typedef struct {
     double value[COUNT], time, stop, h;
-    int mode, has_stop;
+    int mode, has_stop, is_set;
     int mode_3; /* of lag3.c */
 } Model;
 
@@ -157,6 +159,15 @@ int fmi2GetReal(void *c, const unsigned *vr, size_t n, double *value) {
     if (!IS(NULL_CRASH) && n && (!vr || !value))
         return tell(s, ERROR, "NULL");
     Model *m = &s->model;
+    if (IS(STRICT_ORDER) && m->mode == STEPPING && m->is_set)
+        return tell(s, ERROR, "get after set");
+    for (size_t k = 0; k < n; k++)
+        if (IS(WILD_REFERENCE) && vr[k] >= COUNT)
+            *(volatile int *)8 = 0;
+        else if (IS(CRASH_AT_Z) && vr[k] == Z)
+            *(volatile int *)8 = 0;
+        else if (IS(STRICT_START) && m->mode == INITIALIZATION && vr[k] < Y)
+            return tell(s, ERROR, "no unknown of the initialization");
     for (size_t k = 0; k < n; k++)
         if (vr[k] >= COUNT && !IS(ANY_REFERENCE))
             return tell(s, ERROR, "unknown value reference");
@@ -176,7 +187,7 @@ int fmi2SetReal(void *c, const unsigned *vr, size_t n, const double *value) {
         return tell(s, ERROR, "NULL");
     for (size_t k = 0; k < n; k++) {
         int is_settable = vr[k] == U || vr[k] == K || (vr[k] == T && s->model.mode != STEPPING);
-        if (vr[k] >= COUNT ? !IS(ANY_REFERENCE) : !is_settable && !IS(WRITABLE))
+        if (vr[k] >= COUNT ? !IS(ANY_REFERENCE) && !IS(WILD_REFERENCE) : !is_settable && !IS(WRITABLE))
             return tell(s, ERROR, "cannot be set");
         if (!isfinite(value[k]) && !IS(ANY_NUMBER))
             return tell(s, ERROR, "no number");
@@ -184,6 +195,9 @@ int fmi2SetReal(void *c, const unsigned *vr, size_t n, const double *value) {
     for (size_t k = 0; k < n; k++)
         if (vr[k] < COUNT)
             s->model.value[vr[k]] = IS(ROUNDED) ? (float)value[k] : value[k];
+    if (IS(WILD_REFERENCE) && n && vr[0] >= COUNT)
+        *(volatile int *)8 = 0;
+    s->model.is_set = 1;
     if (n)
         shared_u = s->model.value[U];
     return OK;
@@ -236,6 +250,7 @@ int fmi2DoStep(void *c, double t, double h, int no_set_prior) {
         u += 1e-3 * steps++;
     m->value[Y] = u + (m->value[Y] - u) * exp(-h / m->value[T]);
     m->h = h;
+    m->is_set = 0;
     m->time = IS(EXACT_GRID) ? m->time + h : t + h;
     return OK;
 }

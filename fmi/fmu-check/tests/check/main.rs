@@ -5,4 +5,6 @@
 mod description_3;
 mod faulty;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod findings;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod running;

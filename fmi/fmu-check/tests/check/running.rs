@@ -6,21 +6,21 @@ use std::process::Command;
 use std::time::Duration;
 
 use crate::faulty::{checked, checked_within, must_be_found};
-use fmi_description::entries::{self, Entries};
+use fmi_description::entries::Entries;
 use fmu_check::{self, Verdict};
 use tempfile::TempDir;
 
-use Verdict::{Fails, Remark};
+use Verdict::{Fails, NotRobust};
 
-const DESCRIPTION: &str = include_str!("modelDescription.xml");
+pub const DESCRIPTION: &str = include_str!("modelDescription.xml");
 const DESCRIPTION_3: &str = include_str!("modelDescription3.xml");
 
 /// The library with a mistake.
-fn library(folder: &Path, mistake: &str) -> Vec<u8> {
+pub fn library(folder: &Path, mistake: &str) -> Vec<u8> {
     compiled(folder, "lag.c", mistake)
 }
 
-fn compiled(folder: &Path, source: &str, mistake: &str) -> Vec<u8> {
+pub fn compiled(folder: &Path, source: &str, mistake: &str) -> Vec<u8> {
     let sources = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/check");
     let source = sources.join(source);
     let out = folder.join("lag.so");
@@ -30,7 +30,7 @@ fn compiled(folder: &Path, source: &str, mistake: &str) -> Vec<u8> {
         true => format!("-D{mistake}"),
         false => format!("-DMISTAKE={mistake}"),
     };
-    cc.args(["-shared", "-fPIC", "-s"]).arg(mistake);
+    cc.args(["-shared", "-fPIC", "-s"]).args(mistake.split(' '));
     let status = cc
         .arg("-o")
         .arg(&out)
@@ -42,7 +42,7 @@ fn compiled(folder: &Path, source: &str, mistake: &str) -> Vec<u8> {
     fs::read(out).unwrap()
 }
 
-fn entries(description: &str, library: &[u8]) -> Entries {
+pub fn entries(description: &str, library: &[u8]) -> Entries {
     packed(description, "linux64", library)
 }
 
@@ -92,7 +92,7 @@ fn an_fmu_by_the_book_passes_every_row() {
 fn mistakes_of_loading_and_simulation_are_found() {
     mistakes(&[
         ("VERSION", Fails, "it says that it is of the version"),
-        ("ANY_GUID", Remark, "refused for another one"),
+        ("ANY_GUID", NotRobust, "refused for another one"),
         ("PLAIN_PATHS", Fails, "a space and an umlaut"),
         ("FREE_NULL", Fails, "an instance of NULL"),
         ("CRASH", Fails, "initializes and steps"),
@@ -102,7 +102,7 @@ fn mistakes_of_loading_and_simulation_are_found() {
             "every number that it hands out is finite",
         ),
         ("EXACT_GRID", Fails, "running sum of h"),
-        ("START_AT_0", Remark, "another time than 0"),
+        ("START_AT_0", NotRobust, "another time than 0"),
         ("NO_STOP", Fails, "a step to the stop time"),
         ("ONE_SIZE", Fails, "steps may differ in length"),
         ("MUTE_AT_END", Fails, "after termination"),
@@ -113,38 +113,38 @@ fn mistakes_of_loading_and_simulation_are_found() {
 fn mistakes_of_values_and_instances_are_found() {
     mistakes(&[
         ("OTHER_START", Fails, "begin at the start values"),
-        ("ROUNDED", Remark, "read back bit for bit"),
+        ("ROUNDED", NotRobust, "read back bit for bit"),
         ("FEEDTHROUGH", Fails, "list it in their dependencies"),
         ("GLOBAL", Fails, "one after the other"),
         ("SHARED", Fails, "takes turns with it"),
         ("FEW", Fails, "a dozen instances"),
-        ("ONE_THREAD", Remark, "in four threads"),
+        ("ONE_THREAD", NotRobust, "in four threads"),
         ("HALF_RESET", Fails, "after a reset"),
         ("HALF_STATE", Fails, "a state that is set again"),
         ("HALF_BYTES", Fails, "carry it to another instance"),
-        ("NO_CHECKSUM", Remark, "damaged bytes are refused"),
+        ("NO_CHECKSUM", NotRobust, "damaged bytes are refused"),
     ]);
 }
 
 #[test]
 fn mistakes_of_derivatives_misuse_and_log_are_found() {
     mistakes(&[
-        ("WRONG_SLOPE", Remark, "are the slopes of the outputs"),
+        ("WRONG_SLOPE", NotRobust, "are the slopes of the outputs"),
         ("NO_DERIVATIVE", Fails, "derivatives of outputs are given"),
         (
             "NO_INPUT_DERIVATIVE",
             Fails,
             "derivatives of inputs are taken",
         ),
-        ("ANY_REFERENCE", Remark, "unknown value references"),
-        ("ANY_NUMBER", Remark, "NaN and infinity"),
-        ("WRITABLE", Remark, "fixed parameters cannot be set"),
-        ("ANY_STEP", Remark, "jumps in time"),
-        ("NULL_CRASH", Fails, "NULL instead of an instance"),
-        ("ANY_ORDER", Remark, "calls out of order"),
-        ("CATEGORY", Remark, "messages have a declared category"),
-        ("CHATTER", Remark, "with loggingOn = false"),
-        ("PRINT", Remark, "nothing is printed"),
+        ("ANY_REFERENCE", NotRobust, "unknown value references"),
+        ("ANY_NUMBER", NotRobust, "NaN and infinity"),
+        ("WRITABLE", NotRobust, "fixed parameters cannot be set"),
+        ("ANY_STEP", NotRobust, "jumps in time"),
+        ("NULL_CRASH", NotRobust, "NULL instead of an instance"),
+        ("ANY_ORDER", NotRobust, "calls out of order"),
+        ("CATEGORY", Fails, "messages have a declared category"),
+        ("CHATTER", NotRobust, "with loggingOn = false"),
+        ("PRINT", NotRobust, "nothing is printed"),
     ]);
 }
 
@@ -164,12 +164,26 @@ fn a_check_goes_on_where_it_can() {
             "each library exports every function",
         ),
         ("OTHER_ENVIRONMENT", Fails, MESSAGES),
-        ("NOWHERE", Remark, MESSAGES),
+        ("NOWHERE", Fails, MESSAGES),
         ("NO_INSTANCE", Fails, PLAIN_RUN),
     ]);
     // By the standard an error may end the simulation.
-    mistakes(&[("ENDS_AT_ERROR", Remark, "damaged bytes are refused")]);
+    mistakes(&[("ENDS_AT_ERROR", NotRobust, "damaged bytes are refused")]);
     // Nothing is asked for after the stop time.
+    // What FMI 2.0 does not let an importer read is not asked for, or its refusal is no fault.
+    mistakes(&[
+        ("STRICT_START", Verdict::Pass, "begin at the start values"),
+        ("STRICT_ORDER", Verdict::Pass, "an input acts at once only"),
+        (
+            "STRICT_ORDER",
+            Verdict::Pass,
+            "are the slopes of the outputs",
+        ),
+        ("STRICT_ORDER", NotRobust, "read back bit for bit"),
+        // The crash of a row is not that of another one.
+        ("WILD_REFERENCE", NotRobust, "unknown value references"),
+        ("WILD_REFERENCE", Verdict::Pass, MESSAGES),
+    ]);
     found(
         &[("ENDS_AT_STOP", Verdict::Pass, PLAIN_RUN)],
         |folder, mistake| {
@@ -210,10 +224,13 @@ fn all_probes_together_have_a_limit() {
     let report = checked_within(&entries, "", Duration::from_secs(2)).to_string();
     assert!(clock.elapsed() < Duration::from_secs(20), "{report}");
     assert!(
-        report.contains("! no answer when the time for all probes was up, 2 s"),
+        report.contains("? no answer when the time for all probes was up, 2 s"),
         "{report}"
     );
-    assert!(report.contains("it does not get that far"), "{report}");
+    assert!(
+        report.contains("all probes together may take 2 s (--timeout)"),
+        "{report}"
+    );
     // Where nothing hangs, the limit itself ends it.
     let sound = sound_entries(folder.path());
     let report = checked_within(&sound, "", Duration::ZERO).to_string();
@@ -221,7 +238,7 @@ fn all_probes_together_have_a_limit() {
     assert!(report.contains(expected), "{report}");
 }
 
-fn sound_entries(folder: &Path) -> Entries {
+pub fn sound_entries(folder: &Path) -> Entries {
     entries(DESCRIPTION, &library(folder, "NONE"))
 }
 
@@ -289,7 +306,7 @@ fn mistakes_of_simulation_are_found_in_fmi_3() {
     found(
         &[
             ("VERSION", Fails, "it says that it is of the version"),
-            ("ANY_GUID", Remark, "refused for another one"),
+            ("ANY_GUID", NotRobust, "refused for another one"),
             ("PLAIN_PATHS", Fails, "a space and an umlaut"),
             ("FREE_NULL", Fails, "an instance of NULL"),
             ("CRASH", Fails, "initializes and steps"),
@@ -299,7 +316,7 @@ fn mistakes_of_simulation_are_found_in_fmi_3() {
                 "every number that it hands out is finite",
             ),
             ("EXACT_GRID", Fails, "running sum of h"),
-            ("START_AT_0", Remark, "another time than 0"),
+            ("START_AT_0", NotRobust, "another time than 0"),
             ("NO_STOP", Fails, "a step to the stop time"),
             ("ONE_SIZE", Fails, "steps may differ in length"),
             ("MUTE_AT_END", Fails, "after termination"),
@@ -315,7 +332,7 @@ fn mistakes_of_values_and_instances_are_found_in_fmi_3() {
     found(
         &[
             ("OTHER_START", Fails, "begin at the start values"),
-            ("ROUNDED", Remark, "read back bit for bit"),
+            ("ROUNDED", NotRobust, "read back bit for bit"),
             ("FEEDTHROUGH", Fails, "list it in their dependencies"),
             ("GLOBAL", Fails, "one after the other"),
             ("SHARED", Fails, "takes turns with it"),
@@ -323,7 +340,7 @@ fn mistakes_of_values_and_instances_are_found_in_fmi_3() {
             ("HALF_RESET", Fails, "after a reset"),
             ("HALF_STATE", Fails, "a state that is set again"),
             ("HALF_BYTES", Fails, "carry it to another instance"),
-            ("NO_CHECKSUM", Remark, "damaged bytes are refused"),
+            ("NO_CHECKSUM", NotRobust, "damaged bytes are refused"),
         ],
         entries_3,
     );
@@ -333,7 +350,7 @@ fn mistakes_of_values_and_instances_are_found_in_fmi_3() {
 fn mistakes_of_derivatives_misuse_and_log_are_found_in_fmi_3() {
     found(
         &[
-            ("WRONG_SLOPE", Remark, "are the slopes of the outputs"),
+            ("WRONG_SLOPE", NotRobust, "are the slopes of the outputs"),
             ("WRONG_TRANSPOSE", Fails, "the directional ones transposed"),
             (
                 "HIDDEN_DEPENDENCY",
@@ -342,16 +359,20 @@ fn mistakes_of_derivatives_misuse_and_log_are_found_in_fmi_3() {
             ),
             ("ANY_ELEMENT", Fails, "dependencies of elements are those"),
             ("NO_DERIVATIVE", Fails, "derivatives of outputs are given"),
-            ("ANY_REFERENCE", Remark, "unknown value references"),
-            ("ANY_NUMBER", Remark, "NaN and infinity"),
-            ("ANY_COUNT", Remark, "a number of values that does not fit"),
-            ("WRITABLE", Remark, "fixed parameters cannot be set"),
-            ("ANY_STEP", Remark, "jumps in time"),
-            ("NULL_CRASH", Fails, "NULL instead of an instance"),
-            ("ANY_ORDER", Remark, "calls out of order"),
-            ("CATEGORY", Remark, "messages have a declared category"),
-            ("CHATTER", Remark, "with loggingOn = false"),
-            ("PRINT", Remark, "nothing is printed"),
+            ("ANY_REFERENCE", NotRobust, "unknown value references"),
+            ("ANY_NUMBER", NotRobust, "NaN and infinity"),
+            (
+                "ANY_COUNT",
+                NotRobust,
+                "a number of values that does not fit",
+            ),
+            ("WRITABLE", NotRobust, "fixed parameters cannot be set"),
+            ("ANY_STEP", NotRobust, "jumps in time"),
+            ("NULL_CRASH", NotRobust, "NULL instead of an instance"),
+            ("ANY_ORDER", NotRobust, "calls out of order"),
+            ("CATEGORY", Fails, "messages have a declared category"),
+            ("CHATTER", Fails, "with loggingOn = false"),
+            ("PRINT", NotRobust, "nothing is printed"),
         ],
         entries_3,
     );
@@ -402,11 +423,6 @@ fn mistakes_of_the_description_are_found() {
             "units and display units are defined",
         ),
         (
-            "displayUnit=\"mm\"",
-            "displayUnit=\"cm\"",
-            "units and display units are defined",
-        ),
-        (
             "<Unknown index=\"4\" dependencies=\"\"/>",
             "",
             "Outputs lists every output",
@@ -431,7 +447,6 @@ fn mistakes_of_the_description_are_found() {
             "dependenciesKind=\"dependent\"",
             "one word for each",
         ),
-        ("stopTime=\"1\"", "stopTime=\"-1\"", "default experiment"),
         (
             "modelIdentifier=\"lag\"",
             "modelIdentifier=\"l-g\"",
@@ -443,29 +458,4 @@ fn mistakes_of_the_description_are_found() {
         let without = [("modelDescription.xml".to_string(), changed.into())];
         checked(&Entries::from(without), promise)
     });
-}
-
-#[test]
-fn the_exit_code_tells_whether_it_passes() {
-    let folder = TempDir::new().unwrap();
-    let folder = folder.path();
-    let run = |mistake: &str, options: &[&str]| {
-        let fmu = folder.join("lag.fmu");
-        entries::write(&fmu, &entries(DESCRIPTION, &library(folder, mistake))).unwrap();
-        let mut program = Command::new(env!("CARGO_BIN_EXE_fmu-check"));
-        program.args(options).arg(fmu);
-        let output = program.output().unwrap();
-        (
-            output.status.code(),
-            String::from_utf8(output.stdout).unwrap(),
-        )
-    };
-    let (code, table) = run("ANY_GUID", &[]);
-    assert_eq!(code, Some(0), "{table}");
-    assert!(
-        table.contains("0 failed, 1 with remarks, 0 not checked"),
-        "{table}"
-    );
-    assert_eq!(run("ANY_GUID", &["--strict"]).0, Some(1));
-    assert_eq!(run("VERSION", &[]).0, Some(1));
 }
