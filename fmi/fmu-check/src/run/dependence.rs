@@ -1,7 +1,7 @@
 //! Compares which outputs and derivatives move at once with an input or a state with what
 //! ModelStructure declares, for the probes of `values` and `exchange`.
 
-use fmi_description::{Dependence, Description};
+use fmi_description::Description;
 
 use crate::outcome::Outcome;
 
@@ -24,10 +24,7 @@ pub fn compare<T: PartialEq>(
         let mut derivatives = description.derivatives.iter();
         let known_of = match derivatives.find(|d| d.variable == unknown) {
             Some(derivative) if !initially => derivative.dependencies.as_deref(),
-            _ => match description.dependence(unknown, initially) {
-                Dependence::On(known) => Some(known),
-                Dependence::Undeclared => None,
-            },
+            _ => description.dependence(unknown, initially),
         };
         known_of.is_none_or(|list| list.iter().any(|k| place(*k) == place(known)))
     };
