@@ -48,7 +48,7 @@ impl<M: Model> Instance<M> {
         }
         if !missing.is_empty() && exists(&folder).unwrap_or(false) {
             for text in missing {
-                self.report(Kind::Warning, text);
+                self.report(Kind::Event, text);
             }
         }
         if found.is_empty() {

@@ -271,7 +271,7 @@ fn a_structure_and_its_parameter_sets_give_sizes() {
         &error,
         &["`a.x` is declared with 5 elements, but its FMU has 2"],
     );
-    let more = ["--parameters", &set, "--set", "b.n=5", "--signals", "*.x"];
+    let more = ["--parameters", &set, "--set", "b.n=5", "--signals", "*.x*"];
     let (code, _, error) = cosim(&[&run[..], &more].concat());
     assert_eq!(code, 0, "{error}");
     let rows = fs::read_to_string(&csv).unwrap();
