@@ -30,14 +30,14 @@ impl<M: Model> Instance<M> {
             if path.is_empty() || Path::new(path).is_absolute() {
                 continue;
             }
-            match (read(&folder.join(path)), row.packed_file) {
+            let file = folder.join(path);
+            match (read(&file), row.packed_file) {
                 (Err(error), _) if error.kind() == ErrorKind::NotFound => missing.push(format!(
                     "`{}`: there is no `{path}` in the resources folder {}; the one that is compiled in is used",
                     row.name,
                     folder.display()
                 )),
                 (Err(error), _) => {
-                    let file = folder.join(path);
                     return Err(format!("`{}`: file `{}`: {error}", row.name, file.display()));
                 }
                 (Ok(text), Some(packed)) if digest(text.as_bytes()) == packed.digest => {}

@@ -15,7 +15,7 @@ const AIR: f64 = 313.15;
 pub struct ContinuousTorque {
     /// Torque, N·m.
     pub torque: f64,
-    /// What limits it: [`RATED`] or [`WINDING`].
+    /// What limits it: the rated torque, or the winding's temperature.
     pub by: &'static str,
 }
 
