@@ -107,7 +107,7 @@ def test_a_table_edited_in_the_archive_counts(tmp_path):
         bad = edited(own, tmp_path / "Bad.fmu", {table: "\n".join([*flat, "1,2,3,4"]) + "\n"})
         said = []
         with pytest.raises(Exception):  # noqa: B017 (FMPy's own)
-            fmpy.simulate_fmu(str(bad), fmi_type="CoSimulation", stop_time=1.0, logger=lambda *its: said.append(its[-1]))
+            fmpy.simulate_fmu(str(bad), fmi_type="CoSimulation", stop_time=1.0, debug_logging=True, logger=lambda *its: said.append(its[-1]))
         texts = " ".join(text.decode() if isinstance(text, bytes) else str(text) for text in said)
         assert f"line {len(flat) + 1}" in texts and "efficiency.csv" in texts, texts
 
