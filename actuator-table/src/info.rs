@@ -55,8 +55,8 @@ const SIZED: PackedFile =
 /// Machine files in the FMU's `resources` folder.
 #[rustfmt::skip] // an item a line
 pub const RESOURCES: &[File] = &[
-    File { path: "reference_machine.json", bytes: machine_file::REFERENCE_JSON.as_bytes() },
-    File { path: "sized_machine.json", bytes: machine_file::SIZED_JSON.as_bytes() },
+    File { path: REFERENCE.path, bytes: machine_file::REFERENCE_JSON.as_bytes() },
+    File { path: SIZED.path, bytes: machine_file::SIZED_JSON.as_bytes() },
 ];
 
 /// Units of the loss coefficients.

@@ -5,7 +5,6 @@
 use super::fault::Fault;
 use super::instance::Instance;
 use super::message::Kind;
-use super::packed_file::digest;
 use super::parameter_file::{exists, read};
 use super::storage::Storage;
 use crate::Model;
@@ -31,17 +30,21 @@ impl<M: Model> Instance<M> {
                 continue;
             }
             let file = folder.join(path);
-            match (read(&file), row.packed_file) {
-                (Err(error), _) if error.kind() == ErrorKind::NotFound => missing.push(format!(
+            let edited = match row.packed_file {
+                Some(packed) => packed.edited_text(&folder),
+                None => read(&file).map(Some),
+            };
+            match edited {
+                Err(error) if error.kind() == ErrorKind::NotFound => missing.push(format!(
                     "`{}`: there is no `{path}` in the resources folder {}; the one that is compiled in is used",
                     row.name,
                     folder.display()
                 )),
-                (Err(error), _) => {
+                Err(error) => {
                     return Err(format!("`{}`: file `{}`: {error}", row.name, file.display()));
                 }
-                (Ok(text), Some(packed)) if digest(text.as_bytes()) == packed.digest => {}
-                (Ok(_), _) => {
+                Ok(None) => {}
+                Ok(Some(_)) => {
                     found.insert(row.name, path.to_owned());
                 }
             }

@@ -3,7 +3,7 @@
 
 use super::parameter_file::read;
 use std::fmt::Display;
-use std::io::ErrorKind;
+use std::io::{self, ErrorKind};
 use std::path::Path;
 
 /// A file in the `resources` folder whose content is compiled in as well.
@@ -31,24 +31,29 @@ impl PackedFile {
         resources: Option<&Path>,
         parse: impl FnOnce(&str, &Path) -> Result<T, E>,
     ) -> Result<Option<T>, String> {
-        let Some(file) = resources.map(|folder| folder.join(self.path)) else {
+        let Some(folder) = resources else {
             return Ok(None);
         };
+        let file = folder.join(self.path);
         let context = |e: &dyn Display| format!("file `{}`: {e}", file.display());
-        match read(&file) {
+        match self.edited_text(folder) {
+            Ok(Some(text)) => parse(&text, &file).map(Some).map_err(|e| context(&e)),
+            Ok(None) => Ok(None),
             Err(error) if error.kind() == ErrorKind::NotFound => Ok(None),
             Err(error) => Err(context(&error)),
-            Ok(text) if digest(text.as_bytes()) == self.digest => Ok(None),
-            Ok(text) => match parse(&text, &file) {
-                Ok(parsed) => Ok(Some(parsed)),
-                Err(error) => Err(context(&error)),
-            },
         }
+    }
+
+    /// The text of the file in the `resources` folder, if it is another than what is compiled in.
+    pub(super) fn edited_text(&self, resources: &Path) -> io::Result<Option<String>> {
+        let file = resources.join(self.path);
+        let text = read(file.as_path())?;
+        Ok((digest(text.as_bytes()) != self.digest).then_some(text))
     }
 }
 
 /// A hash that changes with every change of a single word of eight bytes.
-pub(super) const fn digest(bytes: &[u8]) -> u64 {
+const fn digest(bytes: &[u8]) -> u64 {
     const FACTOR: u64 = 0x9E37_79B9_7F4A_7C15;
     let (mut hash, mut rest) = (bytes.len() as u64, bytes);
     while let Some((word, after)) = rest.split_first_chunk::<8>() {
