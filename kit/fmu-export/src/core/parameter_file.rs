@@ -10,7 +10,23 @@ use std::path::Path;
 
 thread_local! {
     /// The file is one of the FMU's own, which is not looked up in the working directory.
-    pub(super) static IS_PACKED: Cell<bool> = const { Cell::new(false) };
+    static IS_PACKED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Says, until it is dropped, whether the files that are read are the FMU's own.
+pub(super) struct Reading;
+
+impl Reading {
+    pub(super) fn start(is_packed: bool) -> Self {
+        IS_PACKED.set(is_packed);
+        Self
+    }
+}
+
+impl Drop for Reading {
+    fn drop(&mut self) {
+        IS_PACKED.set(false);
+    }
 }
 
 /// Reads and parses the file that a String parameter names, for a [`SetString`](crate::SetString).

@@ -10,7 +10,7 @@ use super::instance::{Instance, collect_log, collect_messages, set_log_filter};
 use super::layout::Layout;
 use super::message::Kind;
 use super::model::Variable;
-use super::parameter_file::IS_PACKED;
+use super::parameter_file::Reading;
 use super::phase::Phase;
 use super::state::Setting;
 use super::storage::{self, AnyValue, Storage, each};
@@ -181,8 +181,11 @@ impl<M: Model> Instance<M> {
                 (&row.storage, &texts[self.layout.slot(number)])
             {
                 let source = format!("`{}` = \"{text}\"", row.name);
-                IS_PACKED.set(settings[self.layout.slot(number)] != Setting::Explicit);
-                if let Err(reason) = set(&mut parameters, text, self.resources.as_deref()) {
+                let is_packed = settings[self.layout.slot(number)] != Setting::Explicit;
+                let reading = Reading::start(is_packed);
+                let done = set(&mut parameters, text, self.resources.as_deref());
+                drop(reading);
+                if let Err(reason) = done {
                     return refuse!("{source}: {reason}");
                 }
                 if !self.has_sizes(&parameters) {
