@@ -9,6 +9,7 @@ seed; a line that disagrees is printed with its number, for `--only`.
 
 import argparse
 import csv
+import errno
 import math
 import os
 import random
@@ -340,6 +341,17 @@ def make_pool(folder):
     return folder
 
 
+def let_go(pipe, reader):
+    """Ends a thread that reads a pipe, also if nobody has opened the pipe to write."""
+    while reader.is_alive():
+        try:
+            os.close(os.open(pipe, os.O_WRONLY | os.O_NONBLOCK))
+        except OSError as e:
+            if e.errno != errno.ENXIO:  # The thread does not read yet, or no longer.
+                raise
+        reader.join(0.02)
+
+
 def tried(program, pool, number, seed, is_shown=False):
     """Runs the line of this number; the command and where it disagrees."""
     with tempfile.TemporaryDirectory() as top:
@@ -358,9 +370,7 @@ def tried(program, pool, number, seed, is_shown=False):
         except subprocess.TimeoutExpired:
             return command, ["it does not end"]
         if reader:
-            if not piped:  # Nobody has opened the pipe: let the reader go.
-                os.close(os.open(line.csv, os.O_WRONLY | os.O_NONBLOCK))
-            reader.join(10)
+            let_go(line.csv, reader)
         after = listing(folder)
         changed = {name for name in before.keys() | after.keys() if before.get(name) != after.get(name)}
         text = piped[0] if piped else None
