@@ -359,7 +359,7 @@ def tried(program, pool, number, seed, is_shown=False):
         folder.mkdir()
         temporary.mkdir()
         line = Line(number, seed, pool, folder)
-        command = [str(program), "run", *line.options, "--quiet"]
+        command = [str(program.resolve()), "run", *line.options, "--quiet"]
         before, before_pool, piped = listing(folder), listing(pool), []
         reader = None
         if line.csv and line.csv.is_fifo():
