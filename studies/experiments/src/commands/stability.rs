@@ -18,7 +18,8 @@ use crate::worlds::World;
 pub struct StabilityArgs {
     #[command(flatten)]
     pub machine: MachineArgs,
-    /// Plant and sensors; real: how much each cause contributes to exceeding the bound
+    /// Plant and sensors; real: how much each cause contributes to exceeding the bound, though drives with current loops do not follow the
+    /// paper's voltage law
     #[arg(long, value_enum, default_value_t = World::Ideal)]
     world: World,
     /// Factor on mass and inertia of all bodies of the manipulator (not of the controller's model)

@@ -45,7 +45,9 @@ pub fn causes_text(rungs: &[(&'static str, Run)]) -> String {
         }
         text += "\n";
     }
-    text + "time: share of it in which the bound is exceeded\n"
+    text + "time: share of it in which the bound is exceeded\n\
+            The drives regulate their currents themselves, so the paper's voltage law does not act: B and nu_a are that law's, evaluated\n\
+            with the force errors that the current loops leave. Steps of the adaptation that leave its bounds have no proof.\n"
 }
 
 fn holds(holds: bool) -> &'static str {
