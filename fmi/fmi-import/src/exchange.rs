@@ -131,10 +131,12 @@ impl ExchangeInstance {
         let end = t + h;
         let close = SAME * end.abs().max(h);
         if !work.tracked.is_started {
-            work.integrator.set_longest(self.plan.longest.unwrap_or(50.0 * h));
+            work.integrator
+                .set_longest(self.plan.longest.unwrap_or(50.0 * h));
         }
         // Internal steps go on beyond the communication step if no input seems to change there.
-        let is_free = !work.tracked.is_changed && (work.tracked.is_started || !self.plan.has_inputs);
+        let is_free =
+            !work.tracked.is_changed && (work.tracked.is_started || !self.plan.has_inputs);
         if work.tracked.is_changed {
             match self.inputs_make_event(work)? {
                 true => self.event(work)?,
@@ -227,7 +229,10 @@ impl ExchangeInstance {
     fn leave_events(&self, work: &mut Work) -> Result<()> {
         self.inner.call(Call::LeaveEvents)?;
         let next = self.inner.call(Call::NextTimeEvent)?;
-        let (mut x, mut z) = (std::mem::take(&mut work.tracked.x), std::mem::take(&mut work.z));
+        let (mut x, mut z) = (
+            std::mem::take(&mut work.tracked.x),
+            std::mem::take(&mut work.z),
+        );
         let (integrator, equations) = self.equations(work);
         let read = || -> Result<(), Answer> {
             equations.get(ContinuousValues::States, &mut x)?;
@@ -237,11 +242,19 @@ impl ExchangeInstance {
         let read = { read }();
         for nominal in integrator.nominal_mut() {
             let size = nominal.abs();
-            *nominal = if size > 0.0 && size.is_finite() { size } else { 1.0 };
+            *nominal = if size > 0.0 && size.is_finite() {
+                size
+            } else {
+                1.0
+            };
         }
         let tracked = &mut work.tracked;
         tracked.sides.set(&z);
-        tracked.next = if next > tracked.time { next } else { f64::INFINITY };
+        tracked.next = if next > tracked.time {
+            next
+        } else {
+            f64::INFINITY
+        };
         (tracked.is_in_event_mode, tracked.x, work.z) = (false, x, z);
         read?;
         if let Some(k) = work.tracked.x.iter().position(|x| !x.is_finite()) {
@@ -319,7 +332,10 @@ impl ExchangeInstance {
                 short(start + s)
             ),
             Failure::TooManySteps(..) | Failure::NotFinite(..) => {
-                anyhow::anyhow!("the states cannot be integrated from t = {} s", short(start))
+                anyhow::anyhow!(
+                    "the states cannot be integrated from t = {} s",
+                    short(start)
+                )
             }
         }
     }
@@ -473,7 +489,10 @@ impl FmiInstance for ExchangeInstance {
     fn set_derivatives(&self, batch: &Batch, values: &[f64]) -> Result<()> {
         let work = &mut *self.work.borrow_mut();
         let variables = &batch.variables;
-        let known = work.ramps.iter().position(|ramp| ramp.batch.variables == *variables);
+        let known = work
+            .ramps
+            .iter()
+            .position(|ramp| ramp.batch.variables == *variables);
         let place = known.unwrap_or_else(|| {
             work.ramps.push(Ramp {
                 batch: batch.clone(),
@@ -519,13 +538,17 @@ impl FmiInstance for ExchangeInstance {
     }
 
     fn restore(&self, state: &dyn Any) -> Result<()> {
-        let saved: &Saved = state.downcast_ref().context("a state of another instance")?;
+        let saved: &Saved = state
+            .downcast_ref()
+            .context("a state of another instance")?;
         self.inner.restore(&*saved.inner)?;
         self.work.borrow_mut().restore(&saved.tracked)
     }
 
     fn state_to_bytes(&self, state: &dyn Any) -> Result<Vec<u8>> {
-        let saved: &Saved = state.downcast_ref().context("a state of another instance")?;
+        let saved: &Saved = state
+            .downcast_ref()
+            .context("a state of another instance")?;
         let mut bytes = postcard::to_stdvec(&saved.tracked)?;
         bytes.extend(self.inner.state_to_bytes(&*saved.inner)?);
         Ok(bytes)

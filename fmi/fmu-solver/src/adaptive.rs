@@ -69,7 +69,11 @@ impl Workspace {
         loop {
             *dt = dt.min(self.longest);
             // Two steps of half the rest rather than a full and a short one.
-            let length = if *dt >= rest { rest } else { dt.min(0.5 * rest) };
+            let length = if *dt >= rest {
+                rest
+            } else {
+                dt.min(0.5 * rest)
+            };
             self.step.dt = length;
             let done = method.step(system, &mut self.step);
             let ends = self.step.x.iter().zip(&self.step.end);

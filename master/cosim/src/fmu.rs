@@ -10,8 +10,8 @@ use fmi_import::batch::{Batch, Layout};
 use fmi_import::fmi_instance::{Arguments, FmiInstance};
 use fmi_import::value::Value;
 use fmi_import::{
-    ClockPlan, ExchangePlan, Functions, component_capabilities, instantiate, is_triggered, messages,
-    output,
+    ClockPlan, ExchangePlan, Functions, component_capabilities, instantiate, is_triggered,
+    messages, output,
 };
 
 use crate::io::digest::sha256;

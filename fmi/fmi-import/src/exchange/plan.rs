@@ -83,7 +83,9 @@ impl ExchangePlan {
             completes_steps: description.capabilities.completes_steps,
             is_continuous: variables.iter().map(is_settable).collect(),
             has_inputs: variables.iter().any(Variable::is_input),
-            longest: length.filter(|l| l.is_finite() && *l > 0.0).map(|l| l / 50.0),
+            longest: length
+                .filter(|l| l.is_finite() && *l > 0.0)
+                .map(|l| l / 50.0),
         }
     }
 }
