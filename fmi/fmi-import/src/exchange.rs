@@ -132,7 +132,7 @@ impl ExchangeInstance {
         let close = SAME * end.abs().max(h);
         if !work.tracked.is_started {
             work.integrator
-                .set_longest(self.plan.longest.unwrap_or(50.0 * h));
+                .set_longest(self.plan.longest.unwrap_or(100.0 * h));
         }
         // Internal steps go on beyond the communication step if no input seems to change there.
         let is_free =
@@ -289,30 +289,30 @@ impl ExchangeInstance {
         Ok(work.tracked.sides.has_event(&work.z))
     }
 
-    /// Notes values that are about to be set, as bits and None for texts, and enters Event Mode if
-    /// they may change there only.
-    fn note(&self, batch: &Batch, value: impl Fn(usize) -> Option<u64>) -> Result<()> {
+    /// Notes values that are about to be set, as bits and None for texts; enters Event Mode if some
+    /// may be set there only. Returns false if they need not be set, since none has changed.
+    fn note(&self, batch: &Batch, value: impl Fn(usize) -> Option<u64>) -> Result<bool> {
         let work = &mut *self.work.borrow_mut();
-        let mut is_event = false;
+        let (mut is_changed, mut is_continuous) = (false, true);
         for (k, variable) in batch.variables.iter().enumerate() {
             let (given, new) = (&mut work.tracked.given[*variable], value(k));
-            let mut is_same = *given == new && new.is_some();
+            is_changed |= *given != new || new.is_none();
             *given = new;
+            is_continuous &= self.plan.is_continuous[*variable];
             for ramp in &mut work.ramps {
                 let mut places = ramp.batch.variables.iter();
                 if let Some(place) = places.position(|v| v == variable) {
-                    is_same &= ramp.rates[place] == 0.0;
+                    is_changed |= ramp.rates[place] != 0.0;
                     ramp.values[place] = f64::from_bits(new.unwrap_or_default());
                     ramp.rates[place] = 0.0;
                 }
             }
-            work.tracked.is_changed |= !is_same;
-            is_event |= !is_same && !self.plan.is_continuous[*variable];
         }
-        match is_event && work.tracked.is_initialized {
-            true => self.enter_events(work),
-            false => Ok(()),
+        work.tracked.is_changed |= is_changed;
+        if is_changed && !is_continuous && work.tracked.is_initialized {
+            self.enter_events(work)?;
         }
+        Ok(is_changed || is_continuous)
     }
 
     #[cold]
@@ -408,11 +408,14 @@ impl FmiInstance for ExchangeInstance {
     }
 
     fn set_values(&self, batch: &Batch, values: &[Value]) -> Result<()> {
-        self.note(batch, |k| match &values[k] {
+        let is_new = self.note(batch, |k| match &values[k] {
             Value::Text(_) | Value::Bytes(_) => None,
             number => Some(number.bits()),
         })?;
-        self.inner.set_values(batch, values)
+        match is_new {
+            true => self.inner.set_values(batch, values),
+            false => Ok(()),
+        }
     }
 
     fn call(&self, call: Call) -> Result<f64> {
@@ -477,8 +480,10 @@ impl FmiInstance for ExchangeInstance {
     }
 
     fn set(&self, batch: &Batch, values: &[f64]) -> Result<()> {
-        self.note(batch, |k| Some(values[k].to_bits()))?;
-        self.inner.set(batch, values)
+        match self.note(batch, |k| Some(values[k].to_bits()))? {
+            true => self.inner.set(batch, values),
+            false => Ok(()),
+        }
     }
 
     fn get_derivatives(&self, batch: &Batch, values: &mut [f64]) -> Result<()> {

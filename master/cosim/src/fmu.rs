@@ -52,8 +52,10 @@ impl Fmu {
 
     /// The same for this interface, if one is given.
     pub fn load_as(file: &str, bytes: Vec<u8>, wanted: Option<Interface>) -> Result<Arc<Self>> {
-        let both = [Interface::CoSimulation, Interface::ModelExchange];
-        let wanted = wanted.as_ref().map_or(&both[..], std::slice::from_ref);
+        // The host of a page passes on the functions of Co-Simulation alone.
+        let usable = if cfg!(feature = "native") { 2 } else { 1 };
+        let usable = &[Interface::CoSimulation, Interface::ModelExchange][..usable];
+        let wanted = wanted.as_ref().map_or(usable, std::slice::from_ref);
         Self::open(file, bytes, wanted).with_context(|| format!("FMU `{file}` cannot be loaded"))
     }
 

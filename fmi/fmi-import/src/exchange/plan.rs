@@ -28,7 +28,7 @@ pub struct ExchangePlan {
     /// For each variable: it may be set between events.
     pub(super) is_continuous: Vec<bool>,
     pub(super) has_inputs: bool,
-    /// A fiftieth of the experiment that the FMU proposes, s.
+    /// A twentieth of the experiment that the FMU proposes, s.
     pub(super) longest: Option<f64>,
 }
 
@@ -85,7 +85,7 @@ impl ExchangePlan {
             has_inputs: variables.iter().any(Variable::is_input),
             longest: length
                 .filter(|l| l.is_finite() && *l > 0.0)
-                .map(|l| l / 50.0),
+                .map(|l| l / 20.0),
         }
     }
 }
