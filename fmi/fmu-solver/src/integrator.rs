@@ -224,9 +224,10 @@ impl Integrator {
         } else {
             workspace.controlled_step(explicit, system, lengths, control)?;
             explicit.dense_output(system, &mut workspace.step)?;
-            let is_limited = explicit.stiffness(workspace.step.dt) > STIFF;
+            let dt = workspace.step.dt;
             let [limited, others] = &mut self.stiff_steps;
-            (*limited, *others) = match is_limited {
+            // A step that may not be longer is no sign of stiffness.
+            (*limited, *others) = match dt < rest && explicit.stiffness(dt) > STIFF {
                 true => ((*limited + 1).min(STIFF_STEPS[0]), 0),
                 false if *others + 1 < STIFF_STEPS[1] => (*limited, *others + 1),
                 false => (0, 0),
