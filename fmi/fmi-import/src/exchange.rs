@@ -33,6 +33,9 @@ pub use plan::{ExchangePlan, component_capabilities};
 const MAX_PASSES: usize = 100;
 /// Most internal steps and events within one communication step.
 const MAX_STEPS: u64 = 10_000_000;
+/// Part of the tolerance for internal steps: errors add up, and states between their ends, where
+/// communication points are, are less exact.
+const SAFETY: f64 = 0.1;
 /// Times that differ by less than this part are the same.
 const SAME: f64 = 1e-12;
 
@@ -430,7 +433,7 @@ impl FmiInstance for ExchangeInstance {
                     true => experiment.tolerance,
                     false => TOLERANCE,
                 };
-                work.integrator.set_tolerance(work.tolerance);
+                work.integrator.set_tolerance(SAFETY * work.tolerance);
                 // Internal steps may go beyond it.
                 experiment.has_stop = false;
                 return inner.call(Call::SetUp(experiment));
