@@ -6,6 +6,7 @@ pub(crate) mod arrays;
 mod bond;
 mod flat;
 mod flatten;
+pub mod osp;
 pub mod package;
 pub(crate) mod renaming;
 pub mod system;
