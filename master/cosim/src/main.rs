@@ -159,7 +159,10 @@ fn load(args: &SystemArgs, start_values: &[String]) -> Result<System> {
 
 fn is_system(file: &Path) -> bool {
     let kinds = ["ssp", "ssd", "xml"];
-    file.is_dir() || file.extension().is_some_and(|e| kinds.iter().any(|kind| e == *kind))
+    file.is_dir()
+        || file
+            .extension()
+            .is_some_and(|e| kinds.iter().any(|kind| e == *kind))
 }
 
 /// The system of a run: one that is named, or FMUs by themselves.

@@ -69,7 +69,11 @@ pub fn convert(
         };
         let content = content(text, part);
         let number = content.parse().ok().filter(|x: &f64| x.is_finite());
-        let unfit = || part.error(format!("{tag} is `{content}`; it must be a finite number, s"));
+        let unfit = || {
+            part.error(format!(
+                "{tag} is `{content}`; it must be a finite number, s"
+            ))
+        };
         number.map(Some).ok_or_else(unfit)
     };
     let (start, stop) = (number("StartTime")?.unwrap_or(0.0), number("EndTime")?);

@@ -49,9 +49,7 @@ pub fn convert(package: &mut Package, place: &FmuPlace, output: &Path) -> Result
     let converted = converted(package, &text, place, &[], Some(&mut files));
     let converted = converted.with_context(|| format!("`{file}`"))?;
     // What is written is read, so that it runs.
-    read_ssp(&converted.text, DEFAULT, &mut |source| {
-        package.text(source)
-    })?;
+    read_ssp(&converted.text, DEFAULT, &mut |source| package.text(source))?;
     files.insert(DEFAULT.into(), converted.text.into_bytes());
     entries::write(output, &files)?;
     Ok(converted.remarks)

@@ -98,7 +98,10 @@ pub(super) fn resolve(
         }
     }
     for connector in &outermost.connectors {
-        let Some(last) = network.drivers.get(&(String::new(), connector.name.clone())) else {
+        let Some(last) = network
+            .drivers
+            .get(&(String::new(), connector.name.clone()))
+        else {
             continue;
         };
         if let Some(first) = network.way(last)?.first()

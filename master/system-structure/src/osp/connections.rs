@@ -99,7 +99,10 @@ pub(super) fn read(
                 connections.len()
             )));
         };
-        for node in connections.iter().filter(|node| node.tag == "VariableConnection") {
+        for node in connections
+            .iter()
+            .filter(|node| node.tag == "VariableConnection")
+        {
             let causalities = node.children.iter().map(|end| end.get("causality"));
             let mut causalities: Vec<_> = causalities.collect();
             causalities.sort_unstable();
@@ -116,9 +119,9 @@ pub(super) fn read(
     }
     match signals.iter().next() {
         None => Ok(read.wires),
-        Some(((function, name), ends)) => Err(ends[0].1.error(format!(
-            "no function `{function}` has a signal `{name}`"
-        ))),
+        Some(((function, name), ends)) => Err(ends[0]
+            .1
+            .error(format!("no function `{function}` has a signal `{name}`"))),
     }
 }
 
@@ -195,13 +198,13 @@ impl Connections<'_> {
         is_term: bool,
         node: &Element,
     ) -> Result<(), XmlError> {
-        let name = |((k, variable), _): &Variable| {
-            format!("{}.{variable}", self.simulators[*k].name)
-        };
+        let name =
+            |((k, variable), _): &Variable| format!("{}.{variable}", self.simulators[*k].name);
         let (a, b) = (name(from), name(to));
         let variable = |((k, name), _): &Variable| self.simulators[*k].variable(name, node);
         let (start, end) = (variable(from)?, variable(to)?);
-        if !self.gives(from, node)? || !matches!(end.causality, Causality::Input | Causality::Parameter)
+        if !self.gives(from, node)?
+            || !matches!(end.causality, Causality::Input | Causality::Parameter)
         {
             let [x, y] = [start, end].map(|v| format!("{:?}", v.causality).to_lowercase());
             return Err(node.error(format!(
@@ -297,7 +300,10 @@ impl Connections<'_> {
         for signal in &inputs {
             let ends = take(signal)?;
             let [(end, place)] = &ends[..] else {
-                let text = format!("signal `{signal}` of `{name}` has {} connections", ends.len());
+                let text = format!(
+                    "signal `{signal}` of `{name}` has {} connections",
+                    ends.len()
+                );
                 return Err(ends[1].1.error(text));
             };
             sources.push((end.clone(), *place));

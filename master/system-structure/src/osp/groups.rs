@@ -68,6 +68,10 @@ impl Group {
     pub fn is_like(&self, other: &Self) -> bool {
         self.variables.len() == other.variables.len()
             && self.groups.len() == other.groups.len()
-            && self.groups.iter().zip(&other.groups).all(|(a, b)| a.is_like(b))
+            && self
+                .groups
+                .iter()
+                .zip(&other.groups)
+                .all(|(a, b)| a.is_like(b))
     }
 }
