@@ -6,28 +6,22 @@
 
 mod connections;
 mod groups;
+mod simulator;
 
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 use std::sync::Arc;
 
 use fmi_description::xml::{Element, XmlError};
-use fmi_description::{Causality, Description, Kind, Variable};
+use fmi_description::{Causality, Kind};
 
 use connections::Wire;
+use simulator::{Simulator, parts, unknown};
+
+pub use simulator::Model;
 
 /// Base step where a structure names none, s.
 const BASE_STEP: f64 = 0.1;
-
-/// The FMU of a simulator.
-pub struct Model {
-    /// Its model description, arrays by element.
-    pub description: Description,
-    /// Name and text of its `OspModelDescription.xml`, if it has one.
-    pub groups: Option<(String, String)>,
-    /// Source file in the system structure of SSP.
-    pub source: String,
-}
 
 /// A system of the platform as a system structure of SSP.
 pub struct Converted {
@@ -103,7 +97,7 @@ pub fn convert(
     }
     let mut simulators = Vec::new();
     for node in parts(&root, "Simulators", &["Simulator"])? {
-        let simulator = read_simulator(node, base, model, &mut remarks)?;
+        let simulator = Simulator::read(node, base, model, &mut remarks)?;
         let mut others = simulators.iter();
         if others.any(|other: &Simulator| other.name == simulator.name) {
             let text = format!("two simulators are named `{}`", simulator.name);
@@ -123,102 +117,6 @@ fn content<'t>(text: &'t str, element: &Element) -> &'t str {
     let begin = whole.find('>').map_or(whole.len(), |at| at + 1);
     let end = whole.rfind("</").unwrap_or(begin).max(begin);
     whole[begin..end].trim()
-}
-
-fn unknown(element: &Element) -> XmlError {
-    element.error(format!("the element {} is not known here", element.tag))
-}
-
-/// The elements in the element `list` of `node`, which must have one of these tags.
-fn parts<'a>(node: &'a Element, list: &str, tags: &[&str]) -> Result<Vec<&'a Element>, XmlError> {
-    let all: Vec<_> = node.all_in(list).collect();
-    match all.iter().find(|part| !tags.contains(&&*part.tag)) {
-        Some(other) => Err(unknown(other)),
-        None => Ok(all),
-    }
-}
-
-/// A simulator: an instance of an FMU.
-struct Simulator {
-    name: String,
-    model: Arc<Model>,
-    groups: Vec<groups::Group>,
-    /// Step of its own, s.
-    step: Option<f64>,
-    /// Variable, type of SSP and value.
-    values: Vec<(String, &'static str, String)>,
-}
-
-impl Simulator {
-    fn variable(&self, name: &str, node: &Element) -> Result<&Variable, XmlError> {
-        let found = self.model.description.variable(name);
-        found.map_err(|error| node.error(format!("simulator `{}`: {error}", self.name)))
-    }
-}
-
-fn read_simulator(
-    node: &Element,
-    base: f64,
-    model: &mut dyn FnMut(&str, &str) -> Result<Arc<Model>, String>,
-    remarks: &mut Vec<String>,
-) -> Result<Simulator, XmlError> {
-    let (name, source) = (node.required("name")?, node.required("source")?);
-    if let Some(other) = node.children.iter().find(|c| c.tag != "InitialValues") {
-        return Err(unknown(other));
-    }
-    let step = node.finite("stepSize")?;
-    if let Some(step) = step.filter(|step| *step <= 0.0) {
-        return Err(node.wrong(format!("has stepSize = {step} s; it must be above 0")));
-    }
-    // As in the platform's programs: whole steps, of whole nanoseconds.
-    let nanoseconds = |time: f64| (time * 1e9).round().max(1.0);
-    let step = step.map(|step| {
-        let parts = nanoseconds(step) / nanoseconds(base);
-        let own = parts.floor().max(1.0) * base;
-        if parts != parts.floor() || parts < 1.0 {
-            remarks.push(format!(
-                "simulator `{name}` has steps of {own} s instead of stepSize = {step} s: whole multiples of BaseStepSize"
-            ));
-        }
-        own
-    });
-    let found = model(&name, &source);
-    let model = found.map_err(|text| node.error(format!("simulator `{name}`: {text}")))?;
-    let mut simulator = Simulator {
-        groups: match &model.groups {
-            Some((file, text)) => groups::read(text, file)?,
-            None => Vec::new(),
-        },
-        name,
-        model,
-        step: step.filter(|step| *step != base),
-        values: Vec::new(),
-    };
-    for value in parts(node, "InitialValues", &["InitialValue"])? {
-        let variable = value.required("variable")?;
-        simulator.variable(&variable, value)?;
-        let Some(given) = value.children.first() else {
-            return Err(value.error(format!("InitialValue of `{variable}` has no value")));
-        };
-        let text = given.required("value")?;
-        let (data_type, is_fit) = match given.tag.as_str() {
-            "Real" => ("Real", given.finite("value")?.is_some()),
-            "Integer" => ("Integer", given.whole::<i32>("value")?.is_some()),
-            "Enumeration" => ("Integer", given.whole::<i32>("value")?.is_some()),
-            "Boolean" => ("Boolean", given.flag("value").is_ok()),
-            "String" => ("String", true),
-            _ => return Err(unknown(given)),
-        };
-        if !is_fit || value.children.len() > 1 {
-            let text = format!(
-                "InitialValue of `{variable}` is `{text}`; it must be one {}",
-                given.tag
-            );
-            return Err(value.error(text));
-        }
-        simulator.values.push((variable, data_type, text));
-    }
-    Ok(simulator)
 }
 
 /// A text as the value of an attribute.

@@ -182,8 +182,7 @@ fn rows(system: &System, schedule: Schedule, threads: usize) -> Vec<[f64; 9]> {
     rows
 }
 
-/// The system by hand: values pass once a step, those of `number two` every other one. The master
-/// shows the end of its step once it is made.
+/// The system by hand: values pass once a step, those of `number two` every other one.
 fn by_hand() -> Vec<[f64; 9]> {
     let (k, starts) = ([1.7, 1.0, 1.0], [0.3, -0.7, 0.0]);
     let mut x = starts.map(|start: f64| [start, start * 2.0, start * 3.0]);
@@ -207,7 +206,8 @@ fn by_hand() -> Vec<[f64; 9]> {
                 x[i][j] += h * (u[i][j] - k[i] * x[i][j]);
             }
         }
-        rows.push(x.concat().try_into().unwrap());
+        let shown = if n % 2 == 1 { x[1] } else { two };
+        rows.push([x[0], shown, x[2]].concat().try_into().unwrap());
     }
     rows
 }

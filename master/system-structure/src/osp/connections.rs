@@ -7,7 +7,7 @@ use fmi_description::xml::{Element, XmlError};
 use fmi_description::{Causality, Kind, Unit};
 
 use super::groups::Group;
-use super::{Simulator, parts, unknown};
+use super::simulator::{Simulator, parts, unknown};
 
 /// A simulator and a variable of it.
 type End = (usize, String);
