@@ -132,11 +132,10 @@ fn write(
     (start, stop, base): (f64, Option<f64>, f64),
 ) -> Result<String, std::fmt::Error> {
     let mut used: HashMap<usize, Vec<&str>> = HashMap::new();
-    for (k, variable) in wires.iter().flat_map(|wire| [&wire.from, &wire.to]) {
-        let own = used.entry(*k).or_default();
-        if !own.contains(&&**variable) {
-            own.push(variable);
-        }
+    let mut seen = HashSet::new();
+    let ends = wires.iter().flat_map(|wire| [&wire.from, &wire.to]);
+    for (k, variable) in ends.filter(|end| seen.insert(*end)) {
+        used.entry(*k).or_default().push(variable);
     }
     let mut text = String::from(
         r#"<?xml version="1.0" encoding="UTF-8"?>

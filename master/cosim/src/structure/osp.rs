@@ -27,7 +27,8 @@ pub fn read(
 ) -> Result<Structure> {
     let (mut text, mut remarks) = (package.structure(variant)?, Vec::new());
     let name = package.structure_name(variant);
-    if package.is_osp() {
+    // Pages, which have packed systems only, are built without.
+    if cfg!(feature = "native") && package.is_osp() {
         let converted = converted(package, &text, place, replaced, None)?;
         (text, remarks) = (converted.text, converted.remarks);
     }

@@ -551,6 +551,11 @@ fn bad_systems_of_the_platform_are_named() {
             &["input `number two.u1` has two connections"],
         ),
         (
+            "name=\"out\"/><Variable simulator=\"three\" name=\"u1\"/>",
+            "name=\"out\"/><Variable simulator=\"three\" name=\"u2\"/>",
+            &["line 39: input `three.u2` has two connections"],
+        ),
+        (
             "<VariableConnection>",
             "<VariableConnection powerBond=\"b\">",
             &["line 23: the power bond `b` must have two connections; it has 1"],

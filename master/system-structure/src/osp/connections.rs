@@ -1,7 +1,7 @@
 //! Connections of a system of the Open Simulation Platform, of variables and groups, also through
 //! functions, as connections between variables for [`super::convert`].
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashSet};
 
 use fmi_description::xml::{Element, XmlError};
 use fmi_description::{Causality, Kind, Unit};
@@ -31,6 +31,8 @@ type Ends<'a> = Vec<(Vec<Variable>, &'a Element)>;
 struct Connections<'a> {
     simulators: &'a [Simulator],
     wires: Vec<Wire>,
+    /// Inputs that a variable or a function drives.
+    driven: HashSet<End>,
     remarks: &'a mut Vec<String>,
 }
 
@@ -45,10 +47,11 @@ pub(super) fn read(
     let mut read = Connections {
         simulators,
         wires: Vec::new(),
+        driven: HashSet::new(),
         remarks,
     };
-    let mut bonds: HashMap<&str, Vec<&Element>> = HashMap::new();
-    let mut signals: HashMap<(String, String), Ends> = HashMap::new();
+    let mut bonds: BTreeMap<&str, Vec<&Element>> = BTreeMap::new();
+    let mut signals: BTreeMap<(String, String), Ends> = BTreeMap::new();
     for node in parts(root, "Connections", &kinds.each_ref().map(|kind| &**kind))? {
         let is_group = node.tag.contains("Group");
         if let Some(bond) = node.get("powerBond") {
@@ -88,6 +91,7 @@ pub(super) fn read(
                     true => [a, b],
                     false => [b, a],
                 };
+                read.drive(b, node)?;
                 read.connect(a, b, None, false, node)?;
             }
         }
@@ -190,6 +194,15 @@ impl Connections<'_> {
         Ok(matches!(variable.causality, Output | CalculatedParameter))
     }
 
+    /// Notes that something drives an input, which nothing else may.
+    fn drive(&mut self, (end, _): &Variable, node: &Element) -> Result<(), XmlError> {
+        let (owner, name) = (&self.simulators[end.0].name, &end.1);
+        match self.driven.insert(end.clone()) {
+            true => Ok(()),
+            false => Err(node.error(format!("input `{owner}.{name}` has two connections"))),
+        }
+    }
+
     fn connect(
         &mut self,
         from: &Variable,
@@ -239,10 +252,6 @@ impl Connections<'_> {
                 x.name, y.name
             ));
         }
-        let mut others = self.wires.iter().filter(|wire| wire.to == to.0);
-        if !is_term && others.clone().next().is_some() || others.any(|wire| !wire.is_term) {
-            return Err(node.error(format!("input `{b}` has two connections")));
-        }
         self.wires.push(Wire {
             from: from.0.clone(),
             to: to.0.clone(),
@@ -256,7 +265,7 @@ impl Connections<'_> {
     fn function(
         &mut self,
         node: &Element,
-        signals: &mut HashMap<(String, String), Ends>,
+        signals: &mut BTreeMap<(String, String), Ends>,
     ) -> Result<(), XmlError> {
         let name = node.required("name")?;
         let mut linear = None;
@@ -308,8 +317,9 @@ impl Connections<'_> {
             };
             sources.push((end.clone(), *place));
         }
-        for (targets, _) in take("out")? {
+        for (targets, place) in take("out")? {
             for (k, target) in targets.iter().enumerate() {
+                self.drive(target, place)?;
                 let is_term = linear.is_none() && sources.len() > 1;
                 for (source, place) in &sources {
                     self.connect(&source[k], target, linear, is_term, place)?;
