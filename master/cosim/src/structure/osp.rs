@@ -26,11 +26,12 @@ pub fn read(
     replaced: &[(String, PathBuf)],
 ) -> Result<Structure> {
     let (mut text, mut remarks) = (package.structure(variant)?, Vec::new());
-    let name = package.structure_name(variant);
+    let mut name = package.structure_name(variant);
     // Pages, which have packed systems only, are built without.
     if cfg!(feature = "native") && package.is_osp() {
         let converted = converted(package, &text, place, replaced, None)?;
         (text, remarks) = (converted.text, converted.remarks);
+        name += " (as SSP)";
     }
     let mut structure = read_ssp(&text, &name, &mut |source| package.text(source))?;
     structure.remarks.append(&mut remarks);

@@ -555,11 +555,6 @@ fn bad_systems_of_the_platform_are_named() {
             "name=\"out\"/><Variable simulator=\"three\" name=\"u2\"/>",
             &["line 39: input `three.u2` has two connections"],
         ),
-        (
-            "<VariableConnection>",
-            "<VariableConnection powerBond=\"b\">",
-            &["line 23: the power bond `b` must have two connections; it has 1"],
-        ),
     ] {
         assert!(GOOD.contains(old), "{old}");
         let path = written(

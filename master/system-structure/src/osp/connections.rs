@@ -50,13 +50,9 @@ pub(super) fn read(
         driven: HashSet::new(),
         remarks,
     };
-    let mut bonds: BTreeMap<&str, Vec<&Element>> = BTreeMap::new();
     let mut signals: BTreeMap<(String, String), Ends> = BTreeMap::new();
     for node in parts(root, "Connections", &kinds.each_ref().map(|kind| &**kind))? {
         let is_group = node.tag.contains("Group");
-        if let Some(bond) = node.get("powerBond") {
-            bonds.entry(bond).or_default().push(node);
-        }
         let (of_variables, of_signals) = match is_group {
             true => ("VariableGroup", "SignalGroup"),
             false => ("Variable", "Signal"),
@@ -93,27 +89,6 @@ pub(super) fn read(
                 };
                 read.drive(b, node)?;
                 read.connect(a, b, None, false, node)?;
-            }
-        }
-    }
-    for (name, connections) in &bonds {
-        let [_, last] = connections[..] else {
-            return Err(connections[0].error(format!(
-                "the power bond `{name}` must have two connections; it has {}",
-                connections.len()
-            )));
-        };
-        for node in connections
-            .iter()
-            .filter(|node| node.tag == "VariableConnection")
-        {
-            let causalities = node.children.iter().map(|end| end.get("causality"));
-            let mut causalities: Vec<_> = causalities.collect();
-            causalities.sort_unstable();
-            if causalities != [Some("input"), Some("output")] {
-                return Err(last.error(format!(
-                    "the ends of the power bond `{name}` must have the causalities input and output"
-                )));
             }
         }
     }
