@@ -22,15 +22,13 @@ use serde::{Deserialize, Serialize};
 use crate::answer::{Answer, Ended};
 use crate::batch::Batch;
 use crate::digits::short;
-use crate::fmi_instance::{Call, FmiInstance, Integration};
+use crate::fmi_instance::{Call, FmiInstance, Integration, MAX_PASSES};
 use crate::raw::{ContinuousValues, RawInstance};
 use crate::value::Value;
 use crowding::Crowding;
 use equations::{Equations, Fault, Ramp, Sides, check};
 pub use plan::{ExchangePlan, component_capabilities};
 
-/// How many updates of discrete states there may be at one time.
-const MAX_PASSES: usize = 100;
 /// Most internal steps and events within one communication step.
 const MAX_STEPS: u64 = 10_000_000;
 /// Part of the tolerance for internal steps: errors add up, and states between their ends, where

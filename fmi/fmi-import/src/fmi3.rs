@@ -27,8 +27,6 @@ use crate::saved;
 use crate::status::UNFIT;
 use crate::value::{Value, fits};
 
-/// How many updates of discrete states there may be at one time.
-const MAX_PASSES: usize = 100;
 /// How many early returns there may be in a row that advance by less than a millionth of the step.
 const MAX_RETURNS: usize = 1000;
 

@@ -87,6 +87,9 @@ pub enum BegunCall<'a> {
     Set(&'a Batch, &'a [f64]),
 }
 
+/// How many updates of discrete states there may be at one time.
+pub(crate) const MAX_PASSES: usize = 100;
+
 /// What the integration of an instance for Model Exchange took so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Integration {

@@ -35,8 +35,9 @@ impl Indicators {
     }
 
     /// The first θ up to `within`, where the indicators are those of the end, at which the sign of
-    /// one has changed, to within `resolution`; the step then has the states there. It lies just after the change, so that
-    /// integration from there does not find the same event again.
+    /// one has changed, as finely as rounded times can be distinguished; the step then has the states
+    /// there. It lies just after the change, so that integration from there does not find the same
+    /// event again.
     ///
     /// Regula falsi with the Illinois modification, for the indicator that is predicted to cross
     /// zero first; every fourth iteration bisects, for indicators for which it converges slowly.
@@ -44,8 +45,9 @@ impl Indicators {
         &mut self,
         system: &mut S,
         step: &mut Step,
-        [within, resolution]: [f64; 2],
+        within: f64,
     ) -> Result<f64, S::Error> {
+        let resolution = 4.0 * f64::EPSILON * (step.t.abs() + step.s + step.dt) / step.dt;
         let [start, end, at_low, at_high, middle] = &mut self.0;
         at_low.copy_from_slice(start);
         at_high.copy_from_slice(end);

@@ -6,13 +6,13 @@
 use std::mem::swap;
 
 use super::adaptive::Control;
-use super::algorithm::{Algorithm, Step, vectors};
+use super::algorithm::{Algorithm, Step};
 use super::dense_output::Indicators;
 use super::dormand_prince::DormandPrince;
 use super::rosenbrock::Rosenbrock;
 use super::sparsity_pattern::SparsityPattern;
 use super::system::System;
-use super::{Counts, Failure, TOLERANCE, Workspace};
+use super::{Counts, Failure, Workspace};
 
 /// Product of step and rate above which the explicit method is limited by its stability.
 const STIFF: f64 = 3.25;
@@ -51,7 +51,8 @@ pub struct Integrator {
 
 impl Integrator {
     /// For states with these nominal values (magnitudes, > 0), this number of event indicators, and
-    /// the pattern of the Jacobian, without which the stiff method is not used. No internal step is longer than `longest`, s, which is finite.
+    /// the pattern of the Jacobian, without which the stiff method is not used. No internal step is
+    /// longer than `longest`, s, which is finite.
     #[must_use]
     pub fn new(
         nominal: Vec<f64>,
@@ -59,28 +60,11 @@ impl Integrator {
         pattern: Option<SparsityPattern>,
         longest: f64,
     ) -> Self {
-        let n = nominal.len();
-        let [x, end, error] = vectors(n);
         Self {
-            explicit: DormandPrince::new(n),
+            explicit: DormandPrince::new(nominal.len()),
             stiff: None,
             pattern,
-            workspace: Workspace {
-                tolerance: TOLERANCE,
-                longest,
-                step: Step {
-                    t: 0.0,
-                    s: 0.0,
-                    dt: 0.0,
-                    nominal,
-                    x,
-                    end,
-                    error,
-                    dense: vectors(n),
-                },
-                indicators: Indicators(vectors(indicators)),
-                counts: Counts::default(),
-            },
+            workspace: Workspace::new(nominal, indicators, longest, true),
             control: Control::new(0.0),
             at: 0.0,
             reach: 0.0,
@@ -349,7 +333,7 @@ impl Workspace {
         if indicators.is_empty() {
             return Ok(None);
         }
-        let Step { t, s, dt, .. } = *step;
+        let Step { s, dt, .. } = *step;
         let mut within = 0.5;
         let middle = step.interpolate(within);
         system.indicators(s + within * dt, middle, &mut indicators.0[1])?;
@@ -360,8 +344,6 @@ impl Workspace {
                 return Ok(None);
             }
         }
-        // As finely as rounded times can be distinguished.
-        let finest = 4.0 * f64::EPSILON * (t.abs() + s + dt) / dt;
-        indicators.locate(system, step, [within, finest]).map(Some)
+        indicators.locate(system, step, within).map(Some)
     }
 }

@@ -133,29 +133,13 @@ impl Solver {
     #[must_use]
     pub fn new(method: Method, nominal: Vec<f64>, indicators: usize, longest: f64) -> Self {
         let n = nominal.len();
-        let [x, end, error] = vectors(n);
         Self {
             algorithm: match method {
                 Method::Fixed => AnyAlgorithm::Fixed(RungeKutta::new(n)),
                 Method::Adaptive => AnyAlgorithm::Adaptive(DormandPrince::new(n)),
                 Method::Stiff(pattern) => AnyAlgorithm::Stiff(Box::new(Rosenbrock::new(pattern))),
             },
-            workspace: Workspace {
-                tolerance: TOLERANCE,
-                longest,
-                step: Step {
-                    t: 0.0,
-                    s: 0.0,
-                    dt: 0.0,
-                    nominal,
-                    x,
-                    end,
-                    error,
-                    dense: vectors(if indicators > 0 { n } else { 0 }),
-                },
-                indicators: Indicators(vectors(indicators)),
-                counts: Counts::default(),
-            },
+            workspace: Workspace::new(nominal, indicators, longest, indicators > 0),
         }
     }
 
@@ -213,6 +197,29 @@ impl Solver {
 }
 
 impl Workspace {
+    /// For states with these nominal values; `is_dense`: states within an internal step are asked
+    /// for.
+    fn new(nominal: Vec<f64>, indicators: usize, longest: f64, is_dense: bool) -> Self {
+        let n = nominal.len();
+        let [x, end, error] = vectors(n);
+        Self {
+            tolerance: TOLERANCE,
+            longest,
+            step: Step {
+                t: 0.0,
+                s: 0.0,
+                dt: 0.0,
+                nominal,
+                x,
+                end,
+                error,
+                dense: vectors(if is_dense { n } else { 0 }),
+            },
+            indicators: Indicators(vectors(indicators)),
+            counts: Counts::default(),
+        }
+    }
+
     /// Advances in equal internal steps to the end of the communication step or the first event.
     fn fixed_steps<A: Algorithm, S: System>(
         &mut self,
@@ -244,14 +251,12 @@ impl Workspace {
     ) -> Result<Option<f64>, Failure<S::Error>> {
         self.counts.steps += 1;
         let (step, indicators) = (&mut self.step, &mut self.indicators);
-        let Step { t, s, dt, .. } = *step;
+        let Step { s, dt, .. } = *step;
         if !indicators.is_empty() {
             system.indicators(s + dt, &step.end, &mut indicators.0[1])?;
             if indicators.has_event() {
                 method.dense_output(system, step)?;
-                // As finely as rounded times can be distinguished.
-                let finest = 4.0 * f64::EPSILON * (t.abs() + s + dt) / dt;
-                let at = indicators.locate(system, step, [1.0, finest])?;
+                let at = indicators.locate(system, step, 1.0)?;
                 std::mem::swap(&mut step.x, &mut step.error);
                 return Ok(Some(s + at * dt));
             }

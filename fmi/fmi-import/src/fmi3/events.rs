@@ -3,9 +3,10 @@
 
 use anyhow::{Result, bail};
 
-use super::{Fmi3Instance, MAX_PASSES, Mode};
+use super::{Fmi3Instance, Mode};
 use crate::answer::{Answer, Ended};
 use crate::clocks::Interval;
+use crate::fmi_instance::MAX_PASSES;
 use crate::raw::Update;
 
 impl Fmi3Instance {

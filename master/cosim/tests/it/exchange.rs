@@ -529,61 +529,25 @@ fn the_order_over_the_communication_step_is_that_of_between() {
     let [a, b] = ["a", "b"].map(|name| fmu.pack(test, name));
     // x_a = e^-t / 2, u_b = x_a: x_b = (1 + t) e^-t / 2.
     let exact = (-1.0_f64).exp();
+    let ratio = |option: &str, way: &str| {
+        let error = |step: &str| {
+            let system = [&a, &b, "--connect", "a.y=b.u", "--signals", "b.x[1]"];
+            let accurate = ["--step", step, "--stop-time", "1", "--tolerance", "1e-11"];
+            let done = run(test, &[&system[..], &accurate, &[option, way]].concat());
+            (done.last("b.x[1]") - exact).abs()
+        };
+        error("0.02") / error("0.01")
+    };
     for (between, order) in [
         ("held", 1),
         ("end", 1),
         ("extrapolated", 2),
         ("interpolated", 2),
     ] {
-        let error = |step: &str| {
-            let done = run(
-                test,
-                &[
-                    &a,
-                    &b,
-                    "--connect",
-                    "a.y=b.u",
-                    "--step",
-                    step,
-                    "--stop-time",
-                    "1",
-                    "--between",
-                    between,
-                    "--tolerance",
-                    "1e-11",
-                    "--signals",
-                    "b.x[1]",
-                ],
-            );
-            (done.last("b.x[1]") - exact).abs()
-        };
-        let ratio = error("0.02") / error("0.01");
-        let expected = f64::from(1 << order);
+        let (ratio, expected) = (ratio("--between", between), f64::from(1 << order));
         assert!((ratio / expected - 1.0).abs() < 0.1, "{between}: {ratio}");
     }
-    let error = |step: &str| {
-        let done = run(
-            test,
-            &[
-                &a,
-                &b,
-                "--connect",
-                "a.y=b.u",
-                "--step",
-                step,
-                "--stop-time",
-                "1",
-                "--schedule",
-                "jacobi",
-                "--tolerance",
-                "1e-11",
-                "--signals",
-                "b.x[1]",
-            ],
-        );
-        (done.last("b.x[1]") - exact).abs()
-    };
-    assert!((error("0.02") / error("0.01") - 2.0).abs() < 0.1);
+    assert!((ratio("--schedule", "jacobi") - 2.0).abs() < 0.1);
 }
 
 #[test]
