@@ -324,9 +324,17 @@ impl Integrator {
         } = &mut self.workspace.step;
         let Indicators { values, fired } = &mut self.workspace.indicators;
         let [start, after, ..] = values;
-        [nominal, x, end, start, after, fired, &mut self.explicit.0[6]]
-            .into_iter()
-            .chain(dense)
+        [
+            nominal,
+            x,
+            end,
+            start,
+            after,
+            fired,
+            &mut self.explicit.0[6],
+        ]
+        .into_iter()
+        .chain(dense)
     }
 }
 

@@ -195,3 +195,49 @@ fn a_step_that_cannot_be_done_leaves_the_state() {
         "`size` became NaN at the start; it must be finite"
     );
 }
+
+#[derive(Input)]
+struct Valve {
+    /// Opens at 7
+    #[fmu(unit = "1", min = 0.0, max = 10.0)]
+    opening: f64,
+    /// Noticed in the one case
+    #[fmu(unit = "1/s")]
+    flow: f64,
+}
+
+/// A model for its solver alone, with a wrong dependency in a mode that small moves never reach
+#[derive(State)]
+#[fmu(input = Valve, solver = "stiff")]
+struct Tank {
+    /// Level
+    #[fmu(unit = "1", rate_depends_on(level, opening))]
+    level: f64,
+    /// Follows the other
+    #[fmu(unit = "1", rate_depends_on(level, second))]
+    second: f64,
+    /// Was open
+    #[fmu(discrete)]
+    opened: bool,
+}
+
+impl Ode for Tank {
+    fn derivative(&self, _p: &(), u: &Valve, _t: f64, dx: &mut Self) {
+        dx.level = 0.1 - self.level + if u.opening > 7.0 { u.opening } else { 0.0 };
+        let more = if self.opened { u.flow } else { 0.0 };
+        dx.second = self.level - self.second + more;
+    }
+
+    fn event(&mut self, _p: &(), u: &Valve, _t: f64) -> Event {
+        self.opened |= u.opening > 7.0;
+        Event::NONE
+    }
+}
+
+#[test]
+fn wrong_dependencies_of_a_solver_in_modes_far_away_are_found() {
+    assert_eq!(
+        check::<Tank>(),
+        ["`der(second)` depends on `flow`, which it does not declare"]
+    );
+}
