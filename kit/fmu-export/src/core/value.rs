@@ -194,7 +194,8 @@ macro_rules! integer {
             fn over_range<M: Model>(&self, row: &Variable<M>) -> Vec<Self> {
                 // Of an enumeration all items, from 1.
                 let items = row.enumeration.map_or(0, |e| e.items.len()).min(64);
-                let ends = [row.min, row.max].map(|x| x as Self);
+                let ends = [row.min, row.max].into_iter().filter(|x| x.is_finite());
+                let ends = ends.map(|x| x as Self);
                 (1..=items as Self).chain(ends).chain([0, self.saturating_add(3)]).collect()
             }
 
