@@ -5,6 +5,7 @@
 //! pass through memory that both share. The process runs the same program as the master, which
 //! calls [`serve_if_asked`] first of all, or another that does.
 
+mod channel;
 mod host;
 mod instance;
 mod program;

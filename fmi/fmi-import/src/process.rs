@@ -82,12 +82,8 @@ impl Drop for Process {
     }
 }
 
-/// Why a process ended before its work was done: what it said itself of the call that was under
-/// way, else its exit code or signal.
+/// Whether a process that ended so has said which call was under way.
 #[must_use]
-pub fn reason(status: ExitStatus, told: Option<String>) -> String {
-    match told {
-        Some(told) if status.code() == Some(EXIT_CODE.into()) => told,
-        _ => format!("the process died: {status}"),
-    }
+pub fn is_told(status: ExitStatus) -> bool {
+    status.code() == Some(EXIT_CODE.into())
 }

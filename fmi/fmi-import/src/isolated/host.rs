@@ -171,6 +171,7 @@ impl Host {
         }
         self.place += 2 + count;
         self.memory.answered().set(number);
+        self.memory.answered().wake();
         if !bytes.is_empty() {
             self.socket.write_all(&bytes)?;
         }

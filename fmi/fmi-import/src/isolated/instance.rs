@@ -3,50 +3,25 @@
 
 use std::any::Any;
 use std::cell::{Cell, RefCell};
-use std::collections::{HashMap, VecDeque};
+use std::collections::HashMap;
 use std::ffi::CString;
-use std::hint::spin_loop;
-use std::io::{Read, Write};
-use std::os::fd::OwnedFd;
-use std::os::unix::net::UnixStream;
 use std::path::PathBuf;
-use std::process::Stdio;
 use std::rc::Rc;
-use std::sync::atomic::AtomicU64;
-use std::sync::atomic::AtomicUsize;
-use std::sync::atomic::Ordering::Relaxed;
-use std::time::{Duration, Instant};
 
-use anyhow::{Context, Error, Result, anyhow, bail, ensure};
-use serde::de::DeserializeOwned;
+use anyhow::{Context, Error, Result, ensure};
 
-use super::program::command;
+use super::channel::{Answered, Channel, Due};
 use super::protocol::{
-    BYTES, CALLS, ERROR, FIRST, Failed, HEADER, Hosting, Layout, NUMBERS, NamedBatch, Pass, ROOM,
-    RareAnswer, RareRequest, Request, WORDS, is_frequent,
+    Hosting, NamedBatch, Pass, ROOM, RareAnswer, RareRequest, Request, is_frequent,
 };
-use super::segment::Segment;
 use crate::Limits;
+use crate::answer::{Answer, LateAnswer};
 use crate::batch::Batch;
 use crate::fmi_instance::{Arguments, BegunCall, Call, FmiInstance, Integration};
-use crate::messages::{self, Message};
-use crate::process::{Process, reason};
-use crate::status::FATAL;
-use crate::under_way::last_words;
 use crate::value::Value;
 
-/// Most and fewest times that an answer is looked for before this thread sleeps: the most take some
-/// 50 µs. The number falls while looking is in vain.
-const SPINS: [u64; 2] = [2000, 20];
-/// How long a thread sleeps before it looks whether the process is still there.
-const NAP: Duration = Duration::from_millis(20);
-/// The process ends itself at the limit of a call; if it cannot, it is killed so long after.
-const GRACE: Duration = Duration::from_secs(2);
 /// Most batches that the process keeps of which nobody else does.
 const BATCHES: usize = 256;
-
-/// Processes of isolated instances that this program has.
-static PROCESSES: AtomicUsize = AtomicUsize::new(0);
 
 /// What instances are made of: an unpacked FMU.
 #[derive(Clone, Debug)]
@@ -65,24 +40,25 @@ pub struct Source {
 pub struct IsolatedInstance(Rc<Hosted>);
 
 struct Hosted {
-    name: String,
-    limits: Limits,
-    process: RefCell<Process>,
-    socket: UnixStream,
-    segment: Segment,
-    /// Requests that were made, and answers that were taken.
-    requested: Cell<u32>,
-    taken: Cell<u32>,
-    /// Where the next request and the next answer are, and where answers that are due may end.
-    places: Cell<[usize; 3]>,
-    /// Answers that were taken to make room before they were asked for.
-    early: RefCell<VecDeque<(Vec<u64>, Vec<u8>)>>,
-    spins: Cell<u64>,
+    channel: Channel,
     batches: RefCell<Vec<Batch>>,
     /// Where the last batch was found.
     last_batch: Cell<usize>,
-    /// Why the process has ended.
-    end: RefCell<Option<String>>,
+    /// Sets that were begun and not ended.
+    sets: Cell<usize>,
+    /// The first error of a set that was ended before its answer came.
+    late: RefCell<Option<Error>>,
+    ahead: RefCell<ReadAhead>,
+}
+
+/// Batches that are read right after a step, as they were after the last one: with the next step
+/// they are read ahead, so that one answer is awaited instead of several.
+#[derive(Default)]
+struct ReadAhead {
+    last: Vec<u32>,
+    /// Those after the present step; counted while nothing but reads follows it.
+    present: Vec<u32>,
+    is_counting: bool,
 }
 
 /// A saved state, which stays in the process.
@@ -123,7 +99,14 @@ impl IsolatedInstance {
             "FMU `{file}` has {variables} variables; in a process of its own it may have {most}"
         );
         let name = arguments.name.to_string_lossy().into_owned();
-        let hosted = Hosted::start(name, limits).context("a process of its own")?;
+        let hosted = Hosted {
+            channel: Channel::start(name, limits).context("a process of its own")?,
+            batches: RefCell::default(),
+            last_batch: Cell::new(0),
+            sets: Cell::new(0),
+            late: RefCell::default(),
+            ahead: RefCell::default(),
+        };
         let hosting = Hosting {
             file,
             library,
@@ -140,327 +123,123 @@ impl IsolatedInstance {
 }
 
 impl Hosted {
-    fn start(name: String, limits: Limits) -> Result<Self> {
-        let (segment, file) = Segment::new(WORDS)?;
-        let (socket, other) = UnixStream::pair()?;
-        let mut command = command(&name)?;
-        command.stdin(Stdio::from(OwnedFd::from(other)));
-        command.stdout(Stdio::from(file));
-        let process = Process::start(&mut command)
-            .with_context(|| format!("{:?} cannot be started", command.get_program()))?;
-        socket.set_read_timeout(limits.time.map(|time| time + GRACE))?;
-        PROCESSES.fetch_add(1, Relaxed);
-        Ok(Self {
-            name,
-            limits,
-            process: RefCell::new(process),
-            socket,
-            segment,
-            requested: Cell::new(0),
-            taken: Cell::new(0),
-            places: Cell::new([0; 3]),
-            early: RefCell::default(),
-            spins: Cell::new(SPINS[0]),
-            batches: RefCell::default(),
-            last_batch: Cell::new(0),
-            end: RefCell::new(None),
-        })
-    }
-
-    fn memory(&self) -> Layout<'_> {
-        Layout(self.segment.words())
-    }
-
-    /// Whether a call is under way.
-    fn is_busy(&self) -> bool {
-        self.requested.get() != self.taken.get() || !self.early.borrow().is_empty()
-    }
-
-    /// Spinning pays where each process has a core: from when all instances have been made.
-    fn choose_spins(&self) {
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let spins = match PROCESSES.load(Relaxed) < cores {
-            true => SPINS[0],
-            false => 0,
-        };
-        self.spins.set(spins);
-        self.memory().spins().store(spins, Relaxed);
-    }
-
-    /// Writes a request with the variables of a batch and values; the answer may have up to
-    /// `expected` values.
-    fn request(&self, request: &Request, new: &[usize], values: &[f64], expected: usize) {
-        self.request_words(request, new, values.len(), expected, |room| {
-            for (to, value) in room.iter().zip(values) {
-                to.store(value.to_bits(), Relaxed);
-            }
-        });
-    }
-
-    fn request_words(
-        &self,
-        request: &Request,
-        new: &[usize],
-        count: usize,
-        expected: usize,
-        write: impl FnOnce(&[AtomicU64]),
-    ) {
-        let length = HEADER + 2 + new.len();
-        let [mut at, _, due] = self.places.get();
-        let under_way = self.requested.get().wrapping_sub(self.taken.get()) as usize;
-        // Values of a rare request pass through the socket.
-        let values = if matches!(request, Request::Rare) {
-            0
-        } else {
-            count
-        };
-        let is_full = at + length + values > ROOM || due + 2 + expected > ROOM;
-        if is_full || under_way == CALLS {
-            self.take_early();
-        }
-        let first = if self.is_busy() { 0 } else { FIRST };
-        if self.requested.get() == self.taken.get() {
-            self.places.set([0; 3]);
-            at = 0;
-        }
-        let memory = self.memory();
-        let number = self.requested.get().wrapping_add(1);
-        memory.place(number).store(at as u64 | first, Relaxed);
-        let room = &memory.requests()[at..];
-        let mut header = [0; 8 * HEADER];
-        postcard::to_slice(request, &mut header).expect("requests are short");
-        for (to, bytes) in room.iter().zip(header.chunks(8)) {
-            let bytes = bytes.try_into().expect("a word has 8 bytes");
-            to.store(u64::from_le_bytes(bytes), Relaxed);
-        }
-        room[HEADER].store(new.len() as u64, Relaxed);
-        room[HEADER + 1].store(count as u64, Relaxed);
-        for (to, variable) in room[HEADER + 2..].iter().zip(new) {
-            to.store(*variable as u64, Relaxed);
-        }
-        write(&room[length..]);
-        let [_, answer, due] = self.places.get();
-        self.places
-            .set([at + length + values, answer, due + 2 + expected]);
-        self.requested.set(number);
-        memory.requested().set(number);
-    }
-
-    /// Takes all answers that are due, so that there is room for further calls.
-    #[cold]
-    fn take_early(&self) {
-        while self.requested.get() != self.taken.get() {
-            let Ok(words) = self.await_answer() else {
-                return; // The next call says why.
-            };
-            let count = (words[0].load(Relaxed) >> 2) as usize;
-            let words = words.iter().take(2 + count);
-            let words: Vec<u64> = words.map(|word| word.load(Relaxed)).collect();
-            self.pass_answer(words.len());
-            let bytes = self.read_bytes(words[0], words[1]).unwrap_or_default();
-            self.early.borrow_mut().push_back((words, bytes));
-        }
-    }
-
-    /// Awaits the next answer; returns its words.
-    fn await_answer(&self) -> Result<&[AtomicU64]> {
-        if let Some(end) = &*self.end.borrow() {
-            bail!("{end}");
-        }
-        let number = self.taken.get().wrapping_add(1);
-        let answered = self.memory().answered();
-        let spins = self.spins.get();
-        let mut found = answered.has_reached(number);
-        for _ in 0..spins {
-            if found {
-                break;
-            }
-            spin_loop();
-            found = answered.has_reached(number);
-        }
-        if spins > 0 {
-            self.spins.set(match found {
-                true => (spins + spins / 4 + 1).min(SPINS[0]),
-                false => (spins - spins / 4).max(SPINS[1]),
-            });
-        }
-        let begun = (!found).then(Instant::now);
-        while !answered.has_reached(number) {
-            answered.sleep(number, Some(NAP));
-            if !answered.has_reached(number) {
-                self.look(begun)?;
-            }
-        }
-        let [_, place, _] = self.places.get();
-        let words = self.memory().answers().get(place..place + 2);
-        Ok(words.map_or(&[], |_| &self.memory().answers()[place..]))
-    }
-
-    fn pass_answer(&self, length: usize) {
-        let [request, answer, due] = self.places.get();
-        self.places.set([request, answer + length, due]);
-        self.taken.set(self.taken.get().wrapping_add(1));
-    }
-
-    /// Looks whether the process is still there, and has time left for the call that was `begun`.
-    #[cold]
-    fn look(&self, begun: Option<Instant>) -> Result<()> {
-        let mut process = self.process.borrow_mut();
-        if let Some(status) = process.status()? {
-            // It may have answered just before.
-            let number = self.taken.get().wrapping_add(1);
-            if self.memory().answered().has_reached(number) {
-                return Ok(());
-            }
-            let told = last_words(self.memory().last_words());
-            let own = format!("{}: ", self.name);
-            let told = told.map(|told| match told.strip_prefix(&own) {
-                Some(told) => told.to_string(),
-                None => told,
-            });
-            return Err(self.over(reason(status, told)));
-        }
-        let is_over = |time| begun.is_some_and(|begun: Instant| begun.elapsed() > time + GRACE);
-        if let Some(time) = self.limits.time.filter(|time| is_over(*time)) {
-            process.kill()?;
-            let seconds = time.as_secs_f64();
-            return Err(self.over(format!("it gave no answer within {seconds} s")));
-        }
-        Ok(())
-    }
-
-    /// From now on there is no process, for this reason.
-    #[cold]
-    fn over(&self, reason: String) -> Error {
-        let reason = format!("{reason} (in a process of its own)");
-        self.early.borrow_mut().clear();
-        self.taken.set(self.requested.get());
-        self.end.borrow_mut().get_or_insert(reason.clone());
-        anyhow!(reason)
-    }
-
-    /// What the process wrote to the socket is missing or cannot be read.
-    #[cold]
     fn damaged(&self) -> Error {
-        // It has mostly ended.
-        let ended = self.process.borrow_mut().wait(Duration::ZERO);
-        match ended {
-            Ok(_) => match self.look(None) {
-                Err(error) => error,
-                Ok(()) => self.over("its process answers nonsense".into()),
-            },
-            Err(error) => self.over(error.to_string()),
-        }
+        self.channel.damaged()
     }
 
-    fn read_bytes(&self, kind: u64, count: u64) -> Result<Vec<u8>> {
-        if kind & 3 == NUMBERS {
-            return Ok(Vec::new());
+    /// Takes the next wanted answer, with exactly these values.
+    fn take(&self, values: &mut [f64]) -> Result<Answered> {
+        let channel = &self.channel;
+        self.take_unwanted()?;
+        if channel.due.borrow_mut().pop_front().is_none() {
+            return Err(self.damaged());
         }
-        let mut bytes = Vec::new();
-        let read = (&self.socket).take(count).read_to_end(&mut bytes);
-        match read {
-            Ok(read) if read as u64 == count => Ok(bytes),
-            _ => Err(self.damaged()),
-        }
-    }
-
-    fn parse<T: DeserializeOwned>(&self, bytes: &[u8]) -> Result<T> {
-        postcard::from_bytes(bytes).map_err(|_| self.damaged())
-    }
-
-    /// Takes the next answer, with exactly these values; None if it is in bytes.
-    fn take(&self, values: &mut [f64]) -> Result<std::result::Result<f64, Vec<u8>>> {
-        let early = self.early.borrow_mut().pop_front();
-        let (kind, number, bytes) = match early {
-            Some((words, bytes)) => {
-                let given = words[2..].iter().map(|word| f64::from_bits(*word));
-                values
-                    .iter_mut()
-                    .zip(given)
-                    .for_each(|(to, value)| *to = value);
-                (words[0], words[1], Some(bytes))
-            }
-            None => {
-                let words = self.await_answer()?;
-                let [kind, number, given @ ..] = words else {
-                    return Err(self.damaged());
-                };
-                let kind = kind.load(Relaxed);
-                let count = (kind >> 2) as usize;
-                if kind & 3 == NUMBERS && count == values.len() {
-                    for (to, value) in values.iter_mut().zip(given) {
-                        *to = f64::from_bits(value.load(Relaxed));
-                    }
-                }
-                let number = number.load(Relaxed);
-                self.pass_answer(2 + count.min(ROOM));
-                (kind, number, None)
-            }
+        channel.wanted.set(channel.wanted.get() - 1);
+        let taken = match self.late.take() {
+            Some(late) => channel.skip().and(Err(late)),
+            None => channel.answer(values),
         };
-        match (kind & 3, (kind >> 2) as usize) {
-            (NUMBERS, count) if count == values.len() => Ok(Ok(f64::from_bits(number))),
-            (BYTES | ERROR, 0) => {
-                let bytes = bytes.map_or_else(|| self.read_bytes(kind, number), Ok)?;
-                if kind & 3 == BYTES {
-                    return Ok(Err(bytes));
+        if taken.is_err() {
+            // What follows was left out, and is in the way of other calls.
+            self.take_unwanted()?;
+        }
+        taken
+    }
+
+    /// Takes the answers before the next wanted one. The first error of a set is told by the call
+    /// whose answer that is.
+    fn take_unwanted(&self) -> Result<()> {
+        let channel = &self.channel;
+        loop {
+            let next = channel.due.borrow().front().copied();
+            let Some(next) = next.filter(|next| !matches!(next, Due::Wanted)) else {
+                return Ok(());
+            };
+            channel.due.borrow_mut().pop_front();
+            let Due::Late(number) = next else {
+                channel.skip()?;
+                continue;
+            };
+            if let Err(error) = channel.answer(&mut []) {
+                if channel.is_over() {
+                    return Err(error);
                 }
-                let Failed { reason, messages } = self.parse(&bytes)?;
-                messages::extend(messages);
-                Err(reason.into())
+                let batch = self.batches.borrow()[number as usize].clone();
+                let error = match error.downcast::<Answer>() {
+                    Ok(answer) => LateAnswer { answer, batch }.into(),
+                    Err(error) => error,
+                };
+                self.late.borrow_mut().get_or_insert(error);
             }
-            _ => Err(self.damaged()),
+        }
+    }
+
+    /// Takes all answers.
+    fn settle(&self) {
+        let channel = &self.channel;
+        self.forget_ahead();
+        while self.take_unwanted().is_ok() && channel.due.borrow_mut().pop_front().is_some() {
+            channel.wanted.set(channel.wanted.get() - 1);
+            let _ = channel.skip(); // if the process has ended, the next call says so
         }
     }
 
     /// Makes a rare call; those that are begun are awaited first.
     fn rare(&self, request: &RareRequest) -> Result<RareAnswer> {
-        self.drain();
-        if let Some(end) = &*self.end.borrow() {
-            bail!("{end}");
-        }
-        let bytes = postcard::to_stdvec(request)?;
-        self.request_words(&Request::Rare, &[], bytes.len(), 0, |_| ());
-        if (&self.socket).write_all(&bytes).is_err() {
-            return Err(self.damaged());
-        }
-        self.take_rare()
-    }
-
-    fn take_rare(&self) -> Result<RareAnswer> {
-        let Err(bytes) = self.take(&mut [])? else {
-            return Err(self.damaged());
-        };
-        let (answer, messages): (RareAnswer, Vec<Message>) = self.parse(&bytes)?;
-        messages::extend(messages);
-        Ok(answer)
+        self.settle();
+        self.channel.request_rare(request)?;
+        self.channel.rare_answer(self.take(&mut [])?)
     }
 
     fn done(&self, request: &RareRequest) -> Result<()> {
         self.rare(request).map(drop)
     }
 
-    fn drain(&self) {
-        while self.is_busy() {
-            let done = self.take_any();
-            if done.is_err() && self.end.borrow().is_some() {
-                return;
+    /// Something else than a read follows a step: what was read ahead and is not wanted is dropped.
+    fn forget_ahead(&self) {
+        let ahead = &mut *self.ahead.borrow_mut();
+        if !ahead.is_counting {
+            return;
+        }
+        std::mem::swap(&mut ahead.last, &mut ahead.present);
+        ahead.is_counting = false;
+        for due in self.channel.due.borrow_mut().iter_mut() {
+            if matches!(due, Due::Ahead(_)) {
+                *due = Due::Dropped;
             }
         }
     }
 
-    /// Takes the next answer, whatever it is.
-    fn take_any(&self) -> Result<()> {
-        if self.early.borrow_mut().pop_front().is_some() {
-            return Ok(());
+    fn begin_call(&self, call: Call) {
+        let channel = &self.channel;
+        if channel.is_over() {
+            return;
         }
-        let words = self.await_answer()?;
-        let [kind, number, ..] = words else {
-            return Err(self.damaged());
-        };
-        let [kind, number] = [kind, number].map(|word| word.load(Relaxed));
-        self.pass_answer(2 + (kind >> 2) as usize);
-        self.read_bytes(kind, number).map(drop)
+        self.forget_ahead();
+        let request = (&Request::Plain(call), Due::Wanted);
+        channel.request(request, &[], (&[], 0), 0);
+        if matches!(call, Call::Step(..)) {
+            let ahead = &mut *self.ahead.borrow_mut();
+            for number in &ahead.last {
+                let read = (&Request::Pass(Pass::Get, *number), Due::Ahead(*number));
+                let length = self.batches.borrow()[*number as usize].len();
+                channel.request(read, &[], (&[], 0), length);
+            }
+            ahead.present.clear();
+            ahead.is_counting = true;
+        }
+        channel.wake();
+    }
+
+    /// Whether a read of a batch was made ahead: it is wanted now.
+    fn is_ahead(&self, number: u32) -> bool {
+        let mut due = self.channel.due.borrow_mut();
+        let first = due.iter_mut().find(|due| matches!(due, Due::Ahead(_)));
+        let found = first.filter(|due| matches!(due, Due::Ahead(own) if *own == number));
+        let is_ahead = found.map(|due| *due = Due::Wanted).is_some();
+        let wanted = &self.channel.wanted;
+        wanted.set(wanted.get() + usize::from(is_ahead));
+        is_ahead
     }
 
     /// The number of a batch in the process, and whether it must be told its variables.
@@ -490,23 +269,38 @@ impl Hosted {
         NamedBatch(number, is_new.then(|| batch.variables.clone()))
     }
 
-    fn begin_pass(&self, pass: Pass, batch: &Batch, values: &[f64]) {
-        if self.end.borrow().is_some() {
+    /// Begins to pass values; with `is_late` the answer is awaited together with the next one.
+    fn begin_pass(&self, pass: Pass, batch: &Batch, values: &[f64], is_late: bool) {
+        if self.channel.is_over() {
             return;
         }
         let (number, is_new) = self.number(batch);
+        let is_after_step = matches!(pass, Pass::Get) && self.ahead.borrow().is_counting;
+        if is_after_step {
+            self.ahead.borrow_mut().present.push(number);
+            if !is_new && self.is_ahead(number) {
+                return;
+            }
+        } else {
+            self.forget_ahead();
+        }
         let new = if is_new { &batch.variables[..] } else { &[] };
         let expected = match pass {
             Pass::Get | Pass::GetDerivatives => batch.len(),
             Pass::Set | Pass::SetDerivatives => 0,
         };
-        self.request(&Request::Pass(pass, number), new, values, expected);
+        let due = match is_late {
+            true => Due::Late(number),
+            false => Due::Wanted,
+        };
+        let request = (&Request::Pass(pass, number), due);
+        (self.channel).request(request, new, (values, values.len()), expected);
     }
 
     /// Passes values: ends the call that was begun first, or makes it.
     fn pass(&self, pass: Pass, batch: &Batch, given: &[f64], read: &mut [f64]) -> Result<()> {
-        if !self.is_busy() {
-            self.begin_pass(pass, batch, given);
+        if self.channel.wanted.get() == 0 {
+            self.begin_pass(pass, batch, given, false);
         }
         self.take(read).map(drop)
     }
@@ -526,42 +320,23 @@ impl Hosted {
     }
 }
 
-impl Drop for Hosted {
-    fn drop(&mut self) {
-        let say = |text: &str| messages::add(&self.name, FATAL, text);
-        let is_over = self.end.borrow().is_some();
-        if !is_over {
-            let ended = self.done(&RareRequest::End);
-            let limit = self.limits.time.unwrap_or(5 * GRACE);
-            let ended = ended.and_then(|()| Ok(self.process.borrow_mut().wait(limit)?));
-            match ended {
-                Err(error) => say(&error.to_string()),
-                Ok(Some(status)) if status.success() => {}
-                Ok(Some(status)) => {
-                    say(&reason(status, last_words(self.memory().last_words())));
-                }
-                Ok(None) => say("its process did not end, and was killed"),
-            }
-        }
-        PROCESSES.fetch_sub(1, Relaxed);
-    }
-}
-
 impl FmiInstance for IsolatedInstance {
     fn begin(&self, ahead: BegunCall) {
         let hosted = &self.0;
         match ahead {
-            BegunCall::Plain(call) if hosted.end.borrow().is_none() => {
-                hosted.request(&Request::Plain(call), &[], &[], 0);
+            BegunCall::Plain(call) => hosted.begin_call(call),
+            BegunCall::Get(batch) => hosted.begin_pass(Pass::Get, batch, &[], false),
+            BegunCall::Set(batch, values) => {
+                hosted.begin_pass(Pass::Set, batch, values, true);
+                hosted.sets.set(hosted.sets.get() + 1);
             }
-            BegunCall::Plain(_) => {}
-            BegunCall::Get(batch) => hosted.begin_pass(Pass::Get, batch, &[]),
-            BegunCall::Set(batch, values) => hosted.begin_pass(Pass::Set, batch, values),
         }
     }
 
     fn drain(&self) {
-        self.0.drain();
+        self.0.settle();
+        self.0.sets.set(0);
+        self.0.late.take();
     }
 
     fn log_only(&self, categories: &[CString]) -> Result<()> {
@@ -585,15 +360,16 @@ impl FmiInstance for IsolatedInstance {
 
     fn call(&self, call: Call) -> Result<f64> {
         if matches!(call, Call::EnterInitialization(_)) {
-            self.0.choose_spins();
+            self.0.channel.choose_spins();
         }
-        if !self.0.is_busy() {
-            self.begin(BegunCall::Plain(call));
+        if self.0.channel.wanted.get() == 0 {
+            self.0.begin_call(call);
         }
         if is_frequent(call) {
             return self.0.take(&mut [])?.map_err(|_| self.0.damaged());
         }
-        match self.0.take_rare()? {
+        let answered = self.0.take(&mut [])?;
+        match self.0.channel.rare_answer(answered)? {
             RareAnswer::Number(number) => Ok(number),
             _ => Err(self.0.damaged()),
         }
@@ -603,7 +379,13 @@ impl FmiInstance for IsolatedInstance {
         self.0.pass(Pass::Get, batch, &[], values)
     }
 
+    /// One that was begun ends at once: the call after it, mostly a step, awaits its answer too.
     fn set(&self, batch: &Batch, values: &[f64]) -> Result<()> {
+        let begun = self.0.sets.get();
+        if begun > 0 {
+            self.0.sets.set(begun - 1);
+            return Ok(());
+        }
         self.0.pass(Pass::Set, batch, values, &mut [])
     }
 

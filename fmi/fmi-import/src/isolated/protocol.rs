@@ -101,6 +101,23 @@ pub enum Request {
     Rare,
 }
 
+impl Request {
+    /// What it is, for messages.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Plain(Call::Step(..)) => "a step",
+            Self::Plain(Call::EnterInitialization(_) | Call::ExitInitialization) => {
+                "its initialization"
+            }
+            Self::Plain(Call::Terminate) => "its termination",
+            Self::Plain(_) => "a call",
+            Self::Pass(Pass::Get | Pass::GetDerivatives, _) => "a read of values",
+            Self::Pass(Pass::Set | Pass::SetDerivatives, _) => "a set of values",
+            Self::Rare => "a rare call, such as loading, instantiation or freeing",
+        }
+    }
+}
+
 /// A batch by its number; with its variables if the process does not know it.
 #[derive(Deserialize, Serialize)]
 pub struct NamedBatch(pub u32, pub Option<Vec<usize>>);

@@ -74,32 +74,38 @@ impl Drop for Segment {
 /// A count in a word that one process raises and the other awaits.
 pub struct Count<'a> {
     number: &'a AtomicU32,
-    /// Whether the other process sleeps, or is about to.
-    sleeps: &'a AtomicU32,
+    /// The number that the other process awaits asleep, after [`ASLEEP`]; 0 while it is awake.
+    awaited: &'a AtomicU64,
 }
+
+const ASLEEP: u64 = 1 << 32;
 
 impl<'a> Count<'a> {
     /// The count in these two words.
-    pub fn new(number: &'a AtomicU64, sleeps: &'a AtomicU64) -> Self {
+    pub fn new(number: &'a AtomicU64, awaited: &'a AtomicU64) -> Self {
         // SAFETY: a part of the word, aligned as the word is.
-        let half = |word: &'a AtomicU64| unsafe { &*ptr::from_ref(word).cast::<AtomicU32>() };
-        Self {
-            number: half(number),
-            sleeps: half(sleeps),
-        }
+        let number = unsafe { &*ptr::from_ref(number).cast::<AtomicU32>() };
+        Self { number, awaited }
     }
 
     /// Whether this many have been counted; the count starts again at 0 after 2³².
     #[inline]
     pub fn has_reached(&self, number: u32) -> bool {
-        self.number.load(SeqCst).wrapping_sub(number).cast_signed() >= 0
+        let count = self.number.load(SeqCst);
+        count.wrapping_sub(number).cast_signed() >= 0
     }
 
-    /// Sets the count, and wakes the other process.
+    /// Sets the count. If the other process sleeps, it is woken by [`Self::wake`] only.
     #[inline]
     pub fn set(&self, number: u32) {
         self.number.store(number, SeqCst);
-        if self.sleeps.load(SeqCst) != 0 {
+    }
+
+    /// Wakes the other process if the count has reached what it awaits.
+    #[inline]
+    pub fn wake(&self) {
+        let awaited = self.awaited.load(SeqCst);
+        if awaited != 0 && self.has_reached(awaited as u32) {
             // SAFETY: a word that stays.
             unsafe { libc::syscall(libc::SYS_futex, self.number, libc::FUTEX_WAKE, 1) };
         }
@@ -107,7 +113,7 @@ impl<'a> Count<'a> {
 
     /// Sleeps until the count has reached a number, but not longer than the limit, if there is one.
     pub fn sleep(&self, number: u32, limit: Option<Duration>) {
-        self.sleeps.store(1, SeqCst);
+        self.awaited.store(ASLEEP | u64::from(number), SeqCst);
         let seen = self.number.load(SeqCst);
         if seen.wrapping_sub(number).cast_signed() < 0 {
             let limit = limit.map(|limit| libc::timespec {
@@ -118,6 +124,6 @@ impl<'a> Count<'a> {
             // SAFETY: a word and a time that stay as long as the call.
             unsafe { libc::syscall(libc::SYS_futex, self.number, libc::FUTEX_WAIT, seen, limit) };
         }
-        self.sleeps.store(0, SeqCst);
+        self.awaited.store(0, SeqCst);
     }
 }
