@@ -221,10 +221,9 @@ impl Fmu {
         #[cfg(all(feature = "native", target_os = "linux"))]
         {
             use fmi_import::isolated::IsolatedInstance;
-            let source = self.loaded.source(&self.file);
-            let source = source.context("it was not unpacked here")?;
             let sizes = (&self.sizes, self.description.variables.len());
-            let made = IsolatedInstance::new(source, sizes, arguments, limits)?;
+            let fmu = (&*self.file, &*self.loaded);
+            let made = IsolatedInstance::new(fmu, sizes, arguments, limits)?;
             return Ok(made.map(|instance| Box::new(instance) as Box<dyn FmiInstance>));
         }
         #[allow(unreachable_code)] // known above

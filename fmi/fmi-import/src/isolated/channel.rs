@@ -27,9 +27,9 @@ use crate::process::Process;
 use crate::status::FATAL;
 use crate::under_way::last_words;
 
-/// Most and fewest times that an answer is looked for before this thread sleeps: the most take some
-/// 50 µs. The number falls while looking is in vain.
-const SPINS: [u64; 2] = [2000, 20];
+/// How often an answer is looked for before this thread sleeps, where each process has a core: some
+/// 50 µs.
+const SPINS: u64 = 2000;
 /// How long a thread sleeps before it looks whether the process is still there.
 const NAP: Duration = Duration::from_millis(20);
 /// The process ends itself at the limit of a call; if it cannot, it is killed so long after.
@@ -104,7 +104,7 @@ impl Channel {
             wanted: Cell::new(0),
             early: RefCell::default(),
             names: RefCell::new([""; CALLS]),
-            spins: Cell::new(SPINS[0]),
+            spins: Cell::new(0),
             wakes: Cell::new(false),
             end: RefCell::new(None),
         })
@@ -123,7 +123,7 @@ impl Channel {
     pub fn choose_spins(&self) {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let spins = match PROCESSES.load(Relaxed) < cores {
-            true => SPINS[0],
+            true => SPINS,
             false => 0,
         };
         self.spins.set(spins);
@@ -208,22 +208,13 @@ impl Channel {
         }
         self.wake();
         let number = self.taken.get().wrapping_add(1);
-        let (answered, spins) = (self.memory().answered(), self.spins.get());
-        let mut found = answered.has_reached(number);
-        for _ in 0..spins {
-            if found {
-                break;
-            }
+        let answered = self.memory().answered();
+        let mut spins = self.spins.get();
+        while spins > 0 && !answered.has_reached(number) {
+            spins -= 1;
             spin_loop();
-            found = answered.has_reached(number);
         }
-        if spins > 0 {
-            self.spins.set(match found {
-                true => (spins + spins / 4 + 1).min(SPINS[0]),
-                false => (spins - spins / 4).max(SPINS[1]),
-            });
-        }
-        let begun = (!found).then(Instant::now);
+        let begun = (spins == 0).then(Instant::now);
         while !answered.has_reached(number) {
             // Once for all that is under way.
             answered.sleep(self.requested.get(), Some(NAP));

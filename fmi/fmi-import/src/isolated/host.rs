@@ -40,7 +40,7 @@ pub fn serve_if_asked() -> Option<ExitCode> {
 }
 
 /// Answers requests; standard input is the socket, standard output the shared memory.
-pub fn serve() -> ExitCode {
+fn serve() -> ExitCode {
     let served = || -> Result<()> {
         let socket = io::stdin().as_fd().try_clone_to_owned()?;
         let memory = io::stdout().as_fd().try_clone_to_owned()?;

@@ -1,6 +1,7 @@
 //! What a process that calls FMUs watches of itself, in a thread: how long a call takes, how much
 //! memory it needs, and whether the program that started it is still there.
 
+use std::fs::File;
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
 use std::thread;
@@ -43,8 +44,8 @@ pub fn watch(limits: Limits, parent: Parent) {
         libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL);
     }
     let time = limits.time.map(|time| (time / 20).min(10 * PERIOD));
-    let memory = limits.memory.map(|_| PERIOD);
-    let periods = [time, memory, parent.as_ref().map(|_| 100 * PERIOD)];
+    let space = limits.memory.map(|_| PERIOD);
+    let periods = [time, space, parent.as_ref().map(|_| 100 * PERIOD)];
     let Some(period) = periods.into_iter().flatten().min() else {
         return;
     };
@@ -52,7 +53,7 @@ pub fn watch(limits: Limits, parent: Parent) {
     // Without the thread nothing is watched, and the program that started this process has limits.
     let _ = thread::Builder::new().spawn(move || {
         own_thread_only();
-        let memory = Memory::open();
+        let statm = File::open("/proc/self/statm").ok();
         let (mut call, mut since) = (0, Instant::now());
         loop {
             wait(period, &parent);
@@ -63,7 +64,7 @@ pub fn watch(limits: Limits, parent: Parent) {
                 let seconds = time.as_secs_f64();
                 end_for(format_args!("gave no answer within {seconds} s"));
             }
-            if let (Some(most), Some(used)) = (limits.memory, memory.used())
+            if let (Some(most), Some(used)) = (limits.memory, memory(statm.as_ref()))
                 && used > most
             {
                 let [used, most] = [used, most].map(|bytes| bytes.div_ceil(1_000_000));
@@ -95,39 +96,21 @@ fn wait(period: Duration, parent: &Parent) {
     thread::sleep(period);
 }
 
-/// Memory that this process uses, as the system counts it.
-struct Memory {
+/// Bytes of memory that this process uses, as the system counts them in this file; None if that is
+/// not known. Nothing is allocated, since an FMU may hang while it allocates.
+fn memory(statm: Option<&File>) -> Option<u64> {
     #[cfg(target_os = "linux")]
-    pages: Option<(std::fs::File, u64)>,
-}
-
-impl Memory {
-    fn open() -> Self {
-        Self {
-            #[cfg(target_os = "linux")]
-            // SAFETY: a plain number.
-            pages: std::fs::File::open("/proc/self/statm").ok().map(|file| {
-                let size = unsafe { libc::sysconf(libc::_SC_PAGESIZE) };
-                (file, size.unsigned_abs())
-            }),
-        }
+    {
+        use std::os::unix::fs::FileExt;
+        let mut text = [0; 128];
+        let length = statm?.read_at(&mut text, 0).ok()?;
+        let text = std::str::from_utf8(&text[..length]).ok()?;
+        let pages: u64 = text.split(' ').nth(1)?.parse().ok()?;
+        // SAFETY: a plain number.
+        return Some(pages * unsafe { libc::sysconf(libc::_SC_PAGESIZE) }.unsigned_abs());
     }
-
-    /// Bytes in memory; None if that is not known. Nothing is allocated.
-    fn used(&self) -> Option<u64> {
-        #[cfg(target_os = "linux")]
-        {
-            use std::os::unix::fs::FileExt;
-            let (file, size) = self.pages.as_ref()?;
-            let mut text = [0; 128];
-            let length = file.read_at(&mut text, 0).ok()?;
-            let text = std::str::from_utf8(&text[..length]).ok()?;
-            let pages: u64 = text.split(' ').nth(1)?.parse().ok()?;
-            return Some(pages * size);
-        }
-        #[allow(unreachable_code)] // known above
-        None
-    }
+    #[allow(unreachable_code)] // known above
+    statm.and(None)
 }
 
 /// Ends this process at once.
