@@ -3,7 +3,6 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
-use std::hint::spin_loop;
 use std::io::{Read, Write};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
@@ -20,16 +19,13 @@ use super::protocol::{
     BYTES, CALLS, ERROR, FIRST, Failed, HEADER, Layout, NUMBERS, ROOM, RareAnswer, RareRequest,
     Request, WORDS,
 };
-use super::segment::Segment;
+use super::segment::{SPINS, Segment};
 use crate::Limits;
 use crate::messages::{self, Message};
 use crate::process::Process;
 use crate::status::FATAL;
 use crate::under_way::last_words;
 
-/// How often an answer is looked for before this thread sleeps, where each process has a core: some
-/// 50 µs.
-const SPINS: u64 = 2000;
 /// How long a thread sleeps before it looks whether the process is still there.
 const NAP: Duration = Duration::from_millis(20);
 /// The process ends itself at the limit of a call; if it cannot, it is killed so long after.
@@ -209,12 +205,8 @@ impl Channel {
         self.wake();
         let number = self.taken.get().wrapping_add(1);
         let answered = self.memory().answered();
-        let mut spins = self.spins.get();
-        while spins > 0 && !answered.has_reached(number) {
-            spins -= 1;
-            spin_loop();
-        }
-        let begun = (spins == 0).then(Instant::now);
+        let found = answered.spin(number, &self.spins);
+        let begun = (!found).then(Instant::now);
         while !answered.has_reached(number) {
             // Once for all that is under way.
             answered.sleep(self.requested.get(), Some(NAP));

@@ -2,6 +2,7 @@
 //! until the program that started it asks it to end, or ends itself.
 
 use std::any::Any;
+use std::cell::Cell;
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::io::{self, Read, Write};
@@ -116,17 +117,18 @@ impl Host {
     }
 
     fn run(mut self) -> Result<()> {
-        let mut number = 0_u32;
+        let (mut number, spins) = (0_u32, Cell::new(0));
         while !self.is_over {
             number = number.wrapping_add(1);
             let requested = self.memory.requested();
-            let mut spins = self.memory.spins().load(Relaxed);
-            while !requested.has_reached(number) {
-                match spins {
-                    0 => requested.sleep(number, None),
-                    _ => spins -= 1,
+            let most = self.memory.spins().load(Relaxed);
+            if most == 0 || spins.get() == 0 {
+                spins.set(most);
+            }
+            if !requested.spin(number, &spins) {
+                while !requested.has_reached(number) {
+                    requested.sleep(number, None);
                 }
-                std::hint::spin_loop();
             }
             let place = self.memory.place(number).load(Relaxed);
             self.has_failed &= place & FIRST == 0;

@@ -1,6 +1,8 @@
 //! [`Segment`]: memory that a program shares with the process of an isolated instance, and how one
 //! of them sleeps until the other wakes it, for `channel`.
 
+use std::cell::Cell;
+use std::hint::spin_loop;
 use std::io;
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
 use std::ptr;
@@ -79,6 +81,9 @@ pub struct Count<'a> {
 }
 
 const ASLEEP: u64 = 1 << 32;
+/// Most times that a number is looked for before the thread sleeps, some 50 µs, and fewest.
+pub const SPINS: u64 = 2000;
+const LEAST: u64 = 20;
 
 impl<'a> Count<'a> {
     /// The count in these two words.
@@ -93,6 +98,22 @@ impl<'a> Count<'a> {
     pub fn has_reached(&self, number: u32) -> bool {
         let count = self.number.load(SeqCst);
         count.wrapping_sub(number).cast_signed() >= 0
+    }
+
+    /// Looks for a number for a while; returns whether it came. `spins` is how often: it falls while
+    /// looking is in vain, as on a busy machine, and never rises from 0.
+    #[inline]
+    pub fn spin(&self, number: u32, spins: &Cell<u64>) -> bool {
+        let present = spins.get();
+        for _ in 0..present {
+            if self.has_reached(number) {
+                spins.set((present + present / 4 + 1).min(SPINS));
+                return true;
+            }
+            spin_loop();
+        }
+        spins.set((present / 2).max(LEAST.min(present)));
+        self.has_reached(number)
     }
 
     /// Sets the count. If the other process sleeps, it is woken by [`Self::wake`] only.

@@ -62,6 +62,7 @@ pub fn watch(limits: Limits, parent: Parent) {
                 (call, since) = (present, Instant::now());
             } else if let Some(time) = limits.time.filter(|time| since.elapsed() > *time) {
                 let seconds = time.as_secs_f64();
+                let seconds = if seconds < 10.0 { seconds } else { seconds.round() };
                 end_for(format_args!("gave no answer within {seconds} s"));
             }
             if let (Some(most), Some(used)) = (limits.memory, memory(statm.as_ref()))
