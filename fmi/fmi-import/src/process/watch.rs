@@ -4,6 +4,7 @@
 use std::fs::File;
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
+use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -51,10 +52,12 @@ pub fn watch(limits: Limits, parent: Parent) {
     };
     let period = period.max(PERIOD / 10);
     // Without the thread nothing is watched, and the program that started this process has limits.
+    let (begun, has_begun) = mpsc::channel();
     let _ = thread::Builder::new().spawn(move || {
         own_thread_only();
         let statm = File::open("/proc/self/statm").ok();
         let (mut call, mut since) = (0, Instant::now());
+        let _ = begun.send(());
         loop {
             wait(period, &parent);
             let present = CALLS.load(Relaxed);
@@ -62,7 +65,11 @@ pub fn watch(limits: Limits, parent: Parent) {
                 (call, since) = (present, Instant::now());
             } else if let Some(time) = limits.time.filter(|time| since.elapsed() > *time) {
                 let seconds = time.as_secs_f64();
-                let seconds = if seconds < 10.0 { seconds } else { seconds.round() };
+                let seconds = if seconds < 10.0 {
+                    seconds
+                } else {
+                    seconds.round()
+                };
                 end_for(format_args!("gave no answer within {seconds} s"));
             }
             if let (Some(most), Some(used)) = (limits.memory, memory(statm.as_ref()))
@@ -75,6 +82,8 @@ pub fn watch(limits: Limits, parent: Parent) {
             }
         }
     });
+    // The C library begins no thread while it loads an FMU, which may hang then.
+    let _ = has_begun.recv();
 }
 
 /// Waits, and ends this process if the program that started it has ended.
