@@ -19,7 +19,7 @@ use super::protocol::{
     BYTES, CALLS, ERROR, FIRST, Failed, HEADER, Layout, NUMBERS, ROOM, RareAnswer, RareRequest,
     Request, WORDS,
 };
-use super::segment::{SPINS, Segment};
+use super::segment::{Patience, SPINS, Segment};
 use crate::Limits;
 use crate::messages::{self, Message};
 use crate::process::Process;
@@ -68,7 +68,7 @@ pub struct Channel {
     early: RefCell<VecDeque<(Vec<u64>, Vec<u8>)>>,
     /// What was requested, by number, in words.
     names: RefCell<[&'static str; CALLS]>,
-    spins: Cell<u64>,
+    patience: Patience,
     /// The process must be woken.
     wakes: Cell<bool>,
     /// Why the process has ended.
@@ -100,7 +100,7 @@ impl Channel {
             wanted: Cell::new(0),
             early: RefCell::default(),
             names: RefCell::new([""; CALLS]),
-            spins: Cell::new(0),
+            patience: Patience::default(),
             wakes: Cell::new(false),
             end: RefCell::new(None),
         })
@@ -122,7 +122,7 @@ impl Channel {
             true => SPINS,
             false => 0,
         };
-        self.spins.set(spins);
+        self.patience.spins.set(spins);
         self.memory().spins().store(spins, Relaxed);
     }
 
@@ -205,7 +205,7 @@ impl Channel {
         self.wake();
         let number = self.taken.get().wrapping_add(1);
         let answered = self.memory().answered();
-        let found = answered.spin(number, &self.spins);
+        let found = answered.spin(number, &self.patience);
         let begun = (!found).then(Instant::now);
         while !answered.has_reached(number) {
             // Once for all that is under way.

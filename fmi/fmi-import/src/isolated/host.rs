@@ -2,7 +2,6 @@
 //! until the program that started it asks it to end, or ends itself.
 
 use std::any::Any;
-use std::cell::Cell;
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::io::{self, Read, Write};
@@ -22,7 +21,7 @@ use super::protocol::{
     BYTES, ERROR, FIRST, Failed, HEADER, Hosting, Layout as Memory, NUMBERS, NamedBatch, Pass,
     RareAnswer, RareRequest, Reason, Request, WORDS, is_frequent,
 };
-use super::segment::Segment;
+use super::segment::{Patience, Segment};
 use crate::batch::{Batch, Layout};
 use crate::clocks::ClockPlan;
 use crate::exchange::{ExchangePlan, as_component};
@@ -117,15 +116,15 @@ impl Host {
     }
 
     fn run(mut self) -> Result<()> {
-        let (mut number, spins) = (0_u32, Cell::new(0));
+        let (mut number, patience) = (0_u32, Patience::default());
         while !self.is_over {
             number = number.wrapping_add(1);
             let requested = self.memory.requested();
             let most = self.memory.spins().load(Relaxed);
-            if most == 0 || spins.get() == 0 {
-                spins.set(most);
+            if most == 0 || patience.spins.get() == 0 {
+                patience.spins.set(most);
             }
-            if !requested.spin(number, &spins) {
+            if !requested.spin(number, &patience) {
                 while !requested.has_reached(number) {
                     requested.sleep(number, None);
                 }

@@ -84,6 +84,16 @@ const ASLEEP: u64 = 1 << 32;
 /// Most times that a number is looked for before the thread sleeps, some 50 µs, and fewest.
 pub const SPINS: u64 = 2000;
 const LEAST: u64 = 20;
+/// One in so many waits looks for long, whatever the ones before brought.
+const TRIAL: u64 = 64;
+
+/// How long a thread looks for a number before it sleeps: shorter while looking is in vain, as on a
+/// busy machine; never, if it is 0.
+#[derive(Default)]
+pub struct Patience {
+    pub spins: Cell<u64>,
+    waits: Cell<u64>,
+}
 
 impl<'a> Count<'a> {
     /// The count in these two words.
@@ -100,19 +110,21 @@ impl<'a> Count<'a> {
         count.wrapping_sub(number).cast_signed() >= 0
     }
 
-    /// Looks for a number for a while; returns whether it came. `spins` is how often: it falls while
-    /// looking is in vain, as on a busy machine, and never rises from 0.
+    /// Looks for a number for a while; returns whether it came.
     #[inline]
-    pub fn spin(&self, number: u32, spins: &Cell<u64>) -> bool {
-        let present = spins.get();
-        for _ in 0..present {
+    pub fn spin(&self, number: u32, patience: &Patience) -> bool {
+        let (spins, waits) = (patience.spins.get(), patience.waits.get());
+        patience.waits.set(waits.wrapping_add(1));
+        let is_trial = spins > 0 && waits.is_multiple_of(TRIAL);
+        let spins = if is_trial { SPINS } else { spins };
+        for _ in 0..spins {
             if self.has_reached(number) {
-                spins.set((present + present / 4 + 1).min(SPINS));
+                patience.spins.set((spins + spins / 4 + 1).min(SPINS));
                 return true;
             }
             spin_loop();
         }
-        spins.set((present / 2).max(LEAST.min(present)));
+        patience.spins.set((spins / 2).max(LEAST.min(spins)));
         self.has_reached(number)
     }
 
