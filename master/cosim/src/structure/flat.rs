@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 
 use fmi_description::{Interface, Unit};
+use fmi_import::Limits;
 use system_structure::{Connector, DataType, Direction, MappingEntry, Transformation};
 
 use super::alarm::Alarm;
@@ -125,6 +126,17 @@ pub struct OuterOutput {
     pub start: (String, String),
 }
 
+/// Options that say how components use their FMUs.
+#[derive(Clone, Debug, Default)]
+pub struct FmuUse {
+    /// Interfaces: `a=me`, `wheel_*=cs`, or `me` if there is one component.
+    pub interfaces: Vec<String>,
+    /// Components in processes of their own: `a`, `wheel_*`, or `all`.
+    pub isolated: Vec<String>,
+    /// Limits of these processes.
+    pub limits: Limits,
+}
+
 /// A system: components, connections and the default experiment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Structure {
@@ -153,6 +165,10 @@ pub struct Structure {
     pub rates: Vec<(String, f64)>,
     /// Components that use this interface of their FMU; of two entries the last counts.
     pub interfaces: Vec<(String, Interface)>,
+    /// Components that live in processes of their own.
+    pub isolated: Vec<String>,
+    /// Limits of these processes.
+    pub limits: Limits,
     /// Outputs that mean that the result is not good.
     pub alarms: Vec<Alarm>,
     /// Algebraic loops are solved instead of refused.
