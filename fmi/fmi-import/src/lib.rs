@@ -85,6 +85,8 @@ pub use exchange::{ExchangePlan, component_capabilities};
 #[cfg(feature = "native")]
 pub use exported::{UnsupportedType, exported_files};
 pub use fmu::Fmu;
+#[cfg(feature = "master")]
+pub use fmu_solver::Choice;
 pub use functions::Functions;
 #[cfg(feature = "native")]
 pub use instance::Instance;
