@@ -10,8 +10,13 @@ use fmi_import::batch::{Batch, Layout};
 use fmi_import::fmi_instance::{Arguments, FmiInstance};
 use fmi_import::value::Value;
 use fmi_import::{
+<<<<<<< HEAD
     ClockPlan, ExchangePlan, Functions, Limits, as_component, instantiate, is_triggered, messages,
     output,
+=======
+    Choice, ClockPlan, ExchangePlan, Functions, component_capabilities, instantiate, is_triggered,
+    messages, output,
+>>>>>>> me48b
 };
 
 use crate::io::digest::sha256;
@@ -54,6 +59,7 @@ impl Fmu {
         Self::load_as(file, bytes, None, None)
     }
 
+<<<<<<< HEAD
     /// The same for this interface, if one is given; with `isolation` each instance lives in a process
     /// of its own, and the library is not loaded here.
     pub fn load_as(
@@ -65,6 +71,11 @@ impl Fmu {
         // The host of a page passes on the functions of Co-Simulation alone.
         let usable = if cfg!(feature = "native") { 2 } else { 1 };
         let usable = &[Interface::CoSimulation, Interface::ModelExchange][..usable];
+=======
+    /// The same for this interface, if one is given.
+    pub fn load_as(file: &str, bytes: Vec<u8>, wanted: Option<Interface>) -> Result<Arc<Self>> {
+        let usable = &[Interface::CoSimulation, Interface::ModelExchange][..];
+>>>>>>> me48b
         let wanted = wanted.as_ref().map_or(usable, std::slice::from_ref);
         Self::open(file, bytes, wanted, isolation)
             .with_context(|| format!("FMU `{file}` cannot be loaded"))
@@ -116,8 +127,8 @@ impl Fmu {
             sizes: HashMap::new(),
             isolation,
             plan: Arc::new(ClockPlan::new(&description, &layout)),
+            exchange: exchange_plan(&description, &layout)?,
             layout,
-            exchange: exchange_plan(&description),
             description,
             instances: Arc::default(),
             sha256,
@@ -170,12 +181,53 @@ impl Fmu {
             plan: Arc::new(ClockPlan::new(&description, &layout)),
             configuration: values.iter().filter_map(index).collect(),
             resized,
+<<<<<<< HEAD
             sizes,
+=======
+            exchange: exchange_plan(&description, &layout)?,
+>>>>>>> me48b
             layout,
-            exchange: exchange_plan(&description),
             description,
             ..self.clone()
         }))
+    }
+
+    /// The same FMU, integrated by another method; None if it is for Co-Simulation.
+    ///
+    /// # Errors
+    /// It cannot be integrated by that method.
+    pub(crate) fn with_method(&self, choice: Choice) -> Result<Option<Arc<Self>>> {
+        let can_be_stiff = self
+            .exchange
+            .as_ref()
+            .is_none_or(|plan| plan.can_be_stiff());
+        ensure!(
+            choice != Choice::Stiff || can_be_stiff,
+            "the Jacobian of its states is too large without dependencies in its description"
+        );
+        Ok(self.with_exchange(|plan| plan.choice = choice))
+    }
+
+    /// The same FMU with the means over a step of outputs, pairs of an output and of the variable
+    /// that gets its mean; None if it is for Co-Simulation.
+    pub(crate) fn with_means(&self, of: &[[usize; 2]]) -> Option<Arc<Self>> {
+        self.with_exchange(|plan| plan.take_means(&self.description, &self.layout, of))
+    }
+
+    fn with_exchange(&self, change: impl FnOnce(&mut ExchangePlan)) -> Option<Arc<Self>> {
+        let mut plan = ExchangePlan::clone(self.exchange.as_ref()?);
+        change(&mut plan);
+        let exchange = Some(Arc::new(plan));
+        Some(Arc::new(Self {
+            exchange,
+            ..self.clone()
+        }))
+    }
+
+    /// The method by which it is integrated, if one is chosen.
+    pub(crate) fn method(&self) -> Option<Choice> {
+        let choice = self.exchange.as_ref()?.choice;
+        (choice != Choice::Automatic).then_some(choice)
     }
 
     /// Where its unpacked resources are: a URI or a path, depending on the version of FMI.
@@ -255,7 +307,8 @@ impl Fmu {
 }
 
 /// How an FMU for Model Exchange is integrated.
-fn exchange_plan(description: &Description) -> Option<Arc<ExchangePlan>> {
+fn exchange_plan(description: &Description, layout: &Layout) -> Result<Option<Arc<ExchangePlan>>> {
     let is_exchange = description.interface == Interface::ModelExchange;
-    is_exchange.then(|| Arc::new(ExchangePlan::new(description)))
+    let plan = is_exchange.then(|| ExchangePlan::new(description, layout));
+    Ok(plan.transpose()?.map(Arc::new))
 }

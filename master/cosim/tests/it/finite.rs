@@ -96,7 +96,7 @@ fn fmu(test: &str, component: &str, version: Version) -> PathBuf {
 fn system(test: &str, version: Version, connections: &[&str]) -> System {
     let files = ["a", "b"].map(|name| fmu(test, name, version));
     let connections: Vec<String> = connections.iter().map(ToString::to_string).collect();
-    System::from_fmus(&files, &connections).unwrap()
+    System::from_fmus(&files, &connections, &[]).unwrap()
 }
 
 /// From 0.5 s on.
@@ -443,7 +443,7 @@ fn an_output_of_the_kit_ends_the_run() {
     fs::create_dir_all(&folder).unwrap();
     let file = folder.join("spring.fmu");
     fs::write(&file, fmu_of_kit("spring")).unwrap();
-    let alone = System::from_fmus(&[file], &[]).unwrap();
+    let alone = System::from_fmus(&[file], &[], &[]).unwrap();
     let x = [alone.port("spring.x").unwrap()];
     for schedule in SCHEDULES {
         let base = experiment(&alone, &["spring.k=1e308"], schedule);

@@ -20,7 +20,7 @@ pub fn spring(name: &str) -> System {
     fs::create_dir_all(&folder).unwrap();
     let file = folder.join("spring.fmu");
     fs::write(&file, fmu("spring")).unwrap();
-    System::from_fmus(&[file], &[]).unwrap()
+    System::from_fmus(&[file], &[], &[]).unwrap()
 }
 
 fn experiment(system: &System, table: Option<Table>) -> Experiment {
