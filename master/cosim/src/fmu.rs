@@ -10,13 +10,8 @@ use fmi_import::batch::{Batch, Layout};
 use fmi_import::fmi_instance::{Arguments, FmiInstance};
 use fmi_import::value::Value;
 use fmi_import::{
-<<<<<<< HEAD
-    ClockPlan, ExchangePlan, Functions, Limits, as_component, instantiate, is_triggered, messages,
-    output,
-=======
-    Choice, ClockPlan, ExchangePlan, Functions, component_capabilities, instantiate, is_triggered,
+    Choice, ClockPlan, ExchangePlan, Functions, Limits, as_component, instantiate, is_triggered,
     messages, output,
->>>>>>> me48b
 };
 
 use crate::io::digest::sha256;
@@ -59,7 +54,6 @@ impl Fmu {
         Self::load_as(file, bytes, None, None)
     }
 
-<<<<<<< HEAD
     /// The same for this interface, if one is given; with `isolation` each instance lives in a process
     /// of its own, and the library is not loaded here.
     pub fn load_as(
@@ -68,14 +62,7 @@ impl Fmu {
         wanted: Option<Interface>,
         isolation: Option<Limits>,
     ) -> Result<Arc<Self>> {
-        // The host of a page passes on the functions of Co-Simulation alone.
-        let usable = if cfg!(feature = "native") { 2 } else { 1 };
-        let usable = &[Interface::CoSimulation, Interface::ModelExchange][..usable];
-=======
-    /// The same for this interface, if one is given.
-    pub fn load_as(file: &str, bytes: Vec<u8>, wanted: Option<Interface>) -> Result<Arc<Self>> {
         let usable = &[Interface::CoSimulation, Interface::ModelExchange][..];
->>>>>>> me48b
         let wanted = wanted.as_ref().map_or(usable, std::slice::from_ref);
         Self::open(file, bytes, wanted, isolation)
             .with_context(|| format!("FMU `{file}` cannot be loaded"))
@@ -181,11 +168,8 @@ impl Fmu {
             plan: Arc::new(ClockPlan::new(&description, &layout)),
             configuration: values.iter().filter_map(index).collect(),
             resized,
-<<<<<<< HEAD
             sizes,
-=======
             exchange: exchange_plan(&description, &layout)?,
->>>>>>> me48b
             layout,
             description,
             ..self.clone()
@@ -275,7 +259,8 @@ impl Fmu {
             use fmi_import::isolated::IsolatedInstance;
             let sizes = (&self.sizes, self.description.variables.len());
             let fmu = (&*self.file, &*self.loaded);
-            let made = IsolatedInstance::new(fmu, sizes, arguments, limits)?;
+            let exchange = self.exchange.as_deref();
+            let made = IsolatedInstance::new(fmu, sizes, exchange, arguments, limits)?;
             return Ok(made.map(|instance| Box::new(instance) as Box<dyn FmiInstance>));
         }
         #[allow(unreachable_code)] // known above

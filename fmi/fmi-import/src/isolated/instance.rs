@@ -8,16 +8,16 @@ use std::ffi::CString;
 use std::rc::Rc;
 
 use anyhow::{Context, Error, Result, ensure};
-use fmi_description::Interface;
 
 use super::channel::{Answered, Channel, Due};
 use super::protocol::{
-    Hosting, NamedBatch, Pass, ROOM, RareAnswer, RareRequest, Request, is_frequent,
+    Hosting, Integrating, NamedBatch, Pass, ROOM, RareAnswer, RareRequest, Request, is_frequent,
 };
 use crate::Fmu;
 use crate::Limits;
 use crate::answer::{Answer, LateAnswer};
 use crate::batch::Batch;
+use crate::exchange::ExchangePlan;
 use crate::fmi_instance::{Arguments, BegunCall, Call, FmiInstance, Integration};
 use crate::value::Value;
 
@@ -63,15 +63,16 @@ impl Drop for State {
 }
 
 impl IsolatedInstance {
-    /// Starts a process and makes an instance of an FMU from the archive `file` in it; None if the FMU
-    /// returns none. `sizes` are values of structural parameters by value reference, with which it has
-    /// so many `variables`.
+    /// Starts a process and makes an instance of an FMU from the archive `file` in it, for Model Exchange
+    /// if there is a plan of that; None if the FMU returns none. `sizes` are values of structural
+    /// parameters by value reference, with which it has so many `variables`.
     ///
     /// # Errors
     /// There is no program for the process, or the library cannot be loaded.
     pub fn new(
         (file, fmu): (&str, &Fmu),
         (sizes, variables): (&HashMap<u32, String>, usize),
+        exchange: Option<&ExchangePlan>,
         arguments: &Arguments,
         limits: Limits,
     ) -> Result<Option<Self>> {
@@ -87,7 +88,10 @@ impl IsolatedInstance {
             library: unpacked.path(),
             description: unpacked.folder().join("modelDescription.xml"),
             sizes: sizes.clone(),
-            is_exchange: fmu.description.interface == Interface::ModelExchange,
+            exchange: exchange.map(|plan| Integrating {
+                choice: plan.choice,
+                means: plan.means(),
+            }),
             arguments: arguments.clone(),
             limits,
         };
