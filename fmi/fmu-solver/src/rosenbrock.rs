@@ -74,6 +74,10 @@ pub(crate) struct Rosenbrock {
     seed: Vec<f64>,
     right: Vec<f64>,
     ordered: Vec<f64>,
+    /// The states that move with the right side of this stage, and those whose columns are to be
+    /// searched for more.
+    moves: Vec<bool>,
+    moving: Vec<usize>,
 }
 
 impl Rosenbrock {
@@ -92,6 +96,8 @@ impl Rosenbrock {
             seed: vec![0.0; n],
             right: vec![0.0; n],
             ordered: vec![0.0; n],
+            moves: vec![true; n],
+            moving: Vec::with_capacity(n),
         }
     }
 
@@ -146,6 +152,29 @@ impl Rosenbrock {
         }
         self.band.factorize()
     }
+
+    /// Marks the states that move: those whose right side is not zero, and those whose rates depend
+    /// on one that moves.
+    fn mark_moving(&mut self) {
+        self.moving.clear();
+        for (i, right) in self.right.iter().enumerate() {
+            self.moves[i] = *right != 0.0;
+            if self.moves[i] {
+                self.moving.push(i);
+            }
+        }
+        if self.moving.len() == self.moves.len() {
+            return;
+        }
+        while let Some(j) = self.moving.pop() {
+            for (place, i) in self.pattern.column(j) {
+                if !self.moves[i] && self.jacobian[place] != 0.0 {
+                    self.moves[i] = true;
+                    self.moving.push(i);
+                }
+            }
+        }
+    }
 }
 
 impl Algorithm for Rosenbrock {
@@ -189,10 +218,12 @@ impl Algorithm for Rosenbrock {
                 self.ordered[*place] = self.right[i] / nominal[i];
             }
             self.band.solve(&mut self.ordered);
-            // Swapped rows mix the rounding errors of all states, but a rate of zero stays zero.
+            self.mark_moving();
+            // Swapped rows mix the rounding errors of all states, but what rests stays as it is.
             for (i, place) in self.places.iter().enumerate() {
                 self.stages[k][i] = match self.alone[i].is_nan() {
-                    true => nominal[i] * self.ordered[*place],
+                    true if self.moves[i] => nominal[i] * self.ordered[*place],
+                    true => 0.0,
                     false => self.right[i] / self.alone[i],
                 };
             }

@@ -254,3 +254,39 @@ fn a_rate_of_zero_stays_zero() {
         assert_eq!((x[2], x[3]), (0.1, 0.0), "{x:?}");
     }
 }
+
+/// Oracle: a group of states that is at rest, each reading the others, keeps its bits, and so does a
+/// rod that is equally warm; fast states beside them read them.
+#[test]
+fn a_group_at_rest_stays_at_rest() {
+    let f = |_: f64, x: &[f64], dx: &mut [f64]| -> Answer {
+        let &[a, b, hot, warm, cold, fast, slow] = x else {
+            unreachable!()
+        };
+        (dx[0], dx[1]) = (b, -40.0 * a - 0.3 * b);
+        dx[2] = 900.0 * (warm - hot);
+        dx[3] = 900.0 * (hot - warm) + 90.0 * (cold - warm);
+        dx[4] = 90.0 * (warm - cold);
+        dx[5] = -1e4 * (fast - 1e3 * slow.cos()) + 3e5 * a - 4e6 * b + 7e5 * (warm - 293.0);
+        dx[6] = 0.7 * a - 1e-4 * fast + 2.0 * b + 10.0 * (cold - 293.0);
+        Ok(())
+    };
+    let start = [0.0, 0.0, 293.15, 293.15, 293.15, 0.0, 0.3];
+    for nominal in [[1.0; 7], [1e-3, 1e-6, 300.0, 1.0, 1e4, 1e5, 1.0]] {
+        let mut solver = Solver::new(
+            Method::Stiff(SparsityPattern::full(7)),
+            nominal.to_vec(),
+            0,
+            f64::INFINITY,
+        );
+        let (mut x, mut first) = (start, 0.0);
+        for k in 0..70 {
+            let t = f64::from(k) * 0.01;
+            solver
+                .advance(&mut Problem::new(f), (t, 0.01), &mut x, &mut first)
+                .unwrap();
+        }
+        assert_eq!(x[..5], start[..5], "{x:?}");
+        assert!(x[5] != start[5] && x[6] != start[6], "{x:?}");
+    }
+}
