@@ -75,9 +75,11 @@ pub const KNOWN_UNITS: &[Unit] = &[
 mod tests {
     use super::*;
 
-    /// A factor, and exponents of kg, m, s, A, K and rad.
+    use crate::unit::BASE;
+
+    /// A factor, and exponents of [`BASE`].
     #[derive(Clone, Copy, Debug, PartialEq)]
-    struct Size(f64, [i32; 6]);
+    struct Size(f64, [i32; 8]);
 
     /// What a symbol means by its definition (SI Brochure, 9th edition, tables 2, 4 and 8), as a
     /// factor and another expression.
@@ -86,7 +88,9 @@ mod tests {
         ("Hz", 1.0, "1/s"), ("N", 1.0, "kg.m/s2"), ("Pa", 1.0, "N/m2"), ("J", 1.0, "N.m"), ("W", 1.0, "J/s"), ("V", 1.0, "W/A"),
         ("Ohm", 1.0, "V/A"), ("Wb", 1.0, "V.s"), ("H", 1.0, "Wb/A"), ("%", 0.01, "1"), ("deg", PI / 180.0, "rad"),
         ("rpm", 2.0 * PI / 60.0, "rad/s"), ("t", 1e3, "kg"), ("bar", 1e5, "Pa"), ("F", 1.0, "A.s/V"),
-        ("h", 3600.0, "s"), ("degC", 1.0, "K"),
+        ("h", 3600.0, "s"), ("degC", 1.0, "K"), ("d", 24.0, "h"), ("min", 60.0, "s"), ("g", 1e-3, "kg"), ("l", 1e-3, "m3"),
+        ("L", 1e-3, "m3"), ("C", 1.0, "A.s"), ("S", 1.0, "A/V"), ("T", 1.0, "Wb/m2"), ("lm", 1.0, "cd"), ("lx", 1.0, "lm/m2"),
+        ("Bq", 1.0, "1/s"), ("Gy", 1.0, "J/kg"), ("Sv", 1.0, "J/kg"), ("kat", 1.0, "mol/s"), ("rev", 2.0 * PI, "rad"),
     ];
 
     /// Zero of a unit in base units (SI Brochure, section 2.3.1: t/°C = T/K − 273.15); all others
@@ -99,20 +103,30 @@ mod tests {
 
     /// One symbol with its prefix.
     fn symbol(text: &str) -> Size {
-        let base = ["kg", "m", "s", "A", "K", "rad"];
-        if let Some(i) = base.iter().position(|&b| b == text) {
-            let mut exponents = [0; 6];
+        if let Some(i) = BASE.iter().position(|&b| b == text) {
+            let mut exponents = [0; 8];
             exponents[i] = 1;
             return Size(1.0, exponents);
         }
         if text == "1" {
-            return Size(1.0, [0; 6]);
+            return Size(1.0, [0; 8]);
         }
         if let Some(&(_, factor, of)) = DEFINITIONS.iter().find(|(name, ..)| *name == text) {
             let Size(size, exponents) = expression(of);
             return Size(factor * size, exponents);
         }
-        let prefixes = [("k", 1e3), ("M", 1e6), ("m", 1e-3)];
+        let prefixes = [
+            ("k", 1e3),
+            ("M", 1e6),
+            ("m", 1e-3),
+            ("da", 10.0),
+            ("d", 0.1),
+            ("c", 0.01),
+            ("h", 100.0),
+            ("u", 1e-6),
+            ("G", 1e9),
+            ("n", 1e-9),
+        ];
         let (prefix, factor) = (prefixes.into_iter())
             .find(|(prefix, _)| text.starts_with(prefix))
             .unwrap_or_else(|| panic!("`{text}` is not a symbol of a unit"));
@@ -123,10 +137,10 @@ mod tests {
     /// Symbols with exponents, joined by `.`, and at most one `/` with all that divides behind it.
     fn expression(text: &str) -> Size {
         let (above, below) = text.split_once('/').unwrap_or((text, "1"));
-        let mut product = Size(1.0, [0; 6]);
+        let mut product = Size(1.0, [0; 8]);
         for (part, sign) in [(above, 1), (below.trim_matches(['(', ')']), -1)] {
             for factor in part.split('.') {
-                let name = factor.trim_end_matches(['2', '3']);
+                let name = factor.trim_end_matches(['2', '3', '4']);
                 let power = sign * factor[name.len()..].parse().unwrap_or(1);
                 let Size(size, exponents) = symbol(name);
                 product.0 *= size.powi(power);
@@ -144,14 +158,8 @@ mod tests {
     fn units_are_what_their_names_say() {
         let is_near = |a: f64, b: f64| (a / b - 1.0).abs() < 8.0 * f64::EPSILON;
         for unit in KNOWN_UNITS {
-            let &Unit {
-                exponents: [kg, m, s, A, K, mol, cd, rad],
-                factor,
-                offset,
-                ..
-            } = unit;
-            assert_eq!([mol, cd], [0; 2], "{}", unit.name);
-            let declared = [kg, m, s, A, K, rad].map(i32::from);
+            let &Unit { factor, offset, .. } = unit;
+            let declared = unit.exponents.map(i32::from);
             let Size(size, exponents) = expression(unit.name);
             assert_eq!(exponents, declared, "{}", unit.name);
             assert!(is_near(factor, size), "{}", unit.name);
@@ -166,6 +174,58 @@ mod tests {
                 let expected = (offset - zero(shown.name)) / size;
                 assert_eq!(shown_offset, expected, "{}", shown.name);
             }
+        }
+    }
+
+    /// What is not known is read as it is written. Tolerance as above.
+    #[test]
+    #[rustfmt::skip]
+    fn expressions_are_what_they_say() {
+        for name in [
+            "m3/(s.Pa)", "m2/s", "K/m", "l/min", "mol", "L/h", "mol/(l.s)", "W/(m2.K4)", "cm3/rev", "kg/kmol", "A/mm2", "uV/degC", "dam",
+            "daN.cm", "hPa", "mbar.l/s", "cd/(mm2.lm)", "kat", "Gy/min", "mSv/h", "nF", "mT.mm", "C/mol", "kBq.d", "km/h", "rpm/s", "%/K",
+            "mmol/l", "GW.h", "kS/cm", "klx", "kmol.K/kg", "deg/min2",
+        ] {
+            let unit = Unit::find(name).unwrap();
+            let Size(size, exponents) = expression(name);
+            assert!((unit.factor / size - 1.0).abs() < 8.0 * f64::EPSILON, "{name}: {} {size}", unit.factor);
+            assert_eq!((unit.exponents.map(i32::from), unit.offset), (exponents, 0.0), "{name}");
+        }
+        // Beyond what the oracle reads: (own exponents, parentheses above); decimal factors exactly.
+        let same = [("m.s-2", "m/s2"), ("s+2", "s2"), ("(kg.m)/s", "kg.m/s"), ("1/(m2/s)", "s/m2"), ("K-1", "1/K"), ("m/(s.(K.A))", "m/(s.K.A)"), ("Ym", "m")];
+        for (one, other) in same {
+            assert_eq!(Unit::find(one).unwrap().exponents, Unit::find(other).unwrap().exponents, "{one}");
+        }
+        for (name, factor) in [("mm3", 1e-9), ("mm", 1e-3), ("bar", 1e5), ("l", 1e-3), ("um2", 1e-12), ("1/mm", 1e3), ("ns-1", 1e9), ("Ym", 1e24)] {
+            assert_eq!(Unit::find(name).unwrap().factor, factor, "{name}");
+        }
+    }
+
+    #[test]
+    #[rustfmt::skip]
+    fn what_is_no_unit_is_refused() {
+        for name in [
+            "", "furlong", "m/s/s", "m/", "/s", "m.", ".m", "m..s", "m^2", "m s", "(m", "m)", "m-", "m2.5", "mmin", "kh", "kdeg", "kk", "m100", "2",
+            "m/s.K", "Nm", "m*s", "µm", "mdegC", "s-", "m99.m99",
+        ] {
+            assert_eq!(Unit::find(name), None, "{name}");
+        }
+    }
+
+    /// Tolerance: rounding of two factors.
+    #[test]
+    #[rustfmt::skip]
+    fn any_unit_of_the_same_dimension_shows_another() {
+        for (unit, shown, factor, offset) in [
+            ("m3/s", "l/min", 6e4, 0.0), ("m", "km", 1e-3, 0.0), ("m", "mm", 1e3, 0.0), ("K", "degC", 1.0, -273.15), ("degC", "K", 1.0, 273.15),
+            ("K", "mK", 1e3, 0.0), ("l/min", "m3/s", 1.0 / 6e4, 0.0),
+        ] {
+            let display = Unit::find(unit).unwrap().shown_in(shown).unwrap();
+            assert!((display.factor / factor - 1.0).abs() < 4.0 * f64::EPSILON, "{unit} {shown}: {display:?}");
+            assert_eq!((display.offset, display.name), (offset, shown), "{unit}");
+        }
+        for (unit, shown) in [("m", "s"), ("m/s", "furlong/s"), ("rad", "1"), ("K/s", "degC")] {
+            assert_eq!(Unit::find(unit).unwrap().shown_in(shown), None, "{unit} {shown}");
         }
     }
 

@@ -8,6 +8,7 @@
 #![forbid(unsafe_code)]
 #![no_std]
 
+mod expression;
 mod known;
 mod spelling;
 mod unit;
