@@ -3,6 +3,7 @@
 
 use crate::errors::combined;
 use crate::field::{Field, Kind, Role, Shape};
+use crate::units;
 use proc_macro2::Span;
 use syn::{Error, Expr, ExprLit, ExprUnary, Lit, Result, UnOp};
 
@@ -23,6 +24,7 @@ pub(crate) fn check(field: &Field, role: Role) -> Result<()> {
     if wrong.is_empty() {
         wrong.extend(missing_attribute(field, role).map(|text| Error::new(field.span(), text)));
         wrong.extend(bounds(field).err());
+        wrong.extend(units::check(field).err());
     }
     combined(wrong.into_iter().map(Err))
 }

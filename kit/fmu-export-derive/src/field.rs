@@ -5,8 +5,8 @@ use crate::names;
 use proc_macro2::Span;
 use syn::spanned::Spanned;
 use syn::{
-    Error, Expr, ExprLit, Field as SynField, GenericArgument, Ident, Lit, PathArguments, Result,
-    Type, TypePath,
+    Error, Expr, ExprLit, Field as SynField, GenericArgument, Ident, Lit, LitStr, PathArguments,
+    Result, Type, TypePath,
 };
 
 /// What the fields of a struct are: given by the derive.
@@ -176,6 +176,17 @@ impl Field {
                 &self.ty,
                 "the length of an array of structs must be a literal number, at most 32: each struct has its own rows",
             )),
+        }
+    }
+
+    /// The name of its unit, unless it is a constant of the model.
+    pub(crate) fn unit(&self) -> Option<&LitStr> {
+        match &self.attributes.unit {
+            Some(Expr::Lit(ExprLit {
+                lit: Lit::Str(unit),
+                ..
+            })) => Some(unit),
+            _ => None,
         }
     }
 

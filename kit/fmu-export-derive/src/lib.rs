@@ -19,8 +19,8 @@
 //!
 //! | `#[fmu(…)]` on a field | of | means |
 //! |---|---|---|
-//! | `unit = "N.m"` | `f64`, `f32` | its unit, `"1"` for none; must be there. `unit = MINE` with `const MINE: Unit` for one that is not known |
-//! | `display_unit = "kN.m"` | `f64`, `f32` | what tools show |
+//! | `unit = "m3/(s.Pa)"` | `f64`, `f32` | its unit, `"1"` for none; must be there: [any expression](https://docs.rs/fmi-units). `unit = MINE` with `const MINE: Unit` for one that is none |
+//! | `display_unit = "l/(min.bar)"` | `f64`, `f32` | what tools show: any unit of the same dimension |
 //! | `start = 2.5` | parameters, inputs, states | start value; must be there for a parameter, except a String or Binary. Of an array one for all elements, or an array. `p.x_0` in a state: of the parameters `p` and inputs `u` |
 //! | `min = 0.0`, `max = 1.0` | numbers | bounds; what is set outside is refused |
 //! | `nominal = 1e5` | `f64`, `f32` | typical magnitude |
@@ -66,6 +66,7 @@ mod names;
 mod rows;
 mod state;
 mod structs;
+mod units;
 mod values;
 
 use field::Role;

@@ -1,11 +1,12 @@
 //! Generates a struct's rows of the table of variables (`impl Rows`); `structs` calls it.
 
 use crate::field::{Field, Kind, Role, Shape};
+use crate::units;
 use crate::values::{length, real, start_value, vector};
 use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
 use quote::{format_ident, quote, quote_spanned};
 use syn::spanned::Spanned;
-use syn::{Expr, ExprLit, Ident, Lit, LitStr};
+use syn::{Expr, Ident, LitStr};
 
 /// Generates `impl Rows` with the names and paths that it needs.
 pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream {
@@ -22,10 +23,7 @@ pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream
             let (ty, is_there) = (field.element(), role.requirement());
             quote_spanned!(ty.span()=> const _: () = __fmu::#is_there::<#ty>();)
         }
-        _ => {
-            let (units, size) = (units(field), size(field));
-            quote!(#units #size)
-        }
+        _ => size(field),
     });
     let paths = (fields.iter())
         .filter(|field| field.kind == Kind::Struct)
@@ -275,6 +273,14 @@ fn more(field: &Field, role: Role) -> TokenStream {
     if let Some(unit) = &attributes.display_unit {
         calls.extend(quote!(.display_unit(#unit)));
     }
+    let is_integrated = role == Role::State && !attributes.has("discrete");
+    if let Some(rate) = field
+        .unit()
+        .filter(|_| is_integrated)
+        .and_then(units::per_second)
+    {
+        calls.extend(quote!(.rate_unit(#rate)));
+    }
     for (key, value) in [
         ("min", &attributes.min),
         ("max", &attributes.max),
@@ -416,29 +422,4 @@ fn is_literal(value: &Expr) -> bool {
         Expr::Unary(unary) => is_literal(&unary.expr),
         _ => false,
     }
-}
-
-/// Compile-time checks that the unit and display unit are known.
-fn units(field: &Field) -> TokenStream {
-    let Some(Expr::Lit(ExprLit {
-        lit: Lit::Str(unit),
-        ..
-    })) = &field.attributes.unit
-    else {
-        return TokenStream::new();
-    };
-    let name = unit.value();
-    let text = format!(
-        "unit `{name}` is not in fmu_export::KNOWN_UNITS; define it, `const MINE: Unit = Unit::new(\"{name}\")…;`, and write `unit = MINE`"
-    );
-    let mut checks = quote_spanned! { unit.span()=>
-        const _: () = ::core::assert!(__fmu::is_known_unit(#unit), #text);
-    };
-    if let Some(display) = &field.attributes.display_unit {
-        let text = format!("`{}` is not a display unit of `{name}`", display.value());
-        checks.extend(quote_spanned! { display.span()=>
-            const _: () = ::core::assert!(!__fmu::is_known_unit(#unit) || __fmu::is_display_unit(#unit, #display), #text);
-        });
-    }
-    checks
 }

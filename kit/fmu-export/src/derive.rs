@@ -23,9 +23,7 @@ pub use fallback::{
 pub use name::Name;
 pub use ode::{Ode, OutputsPath, State, StateAndOutputs, StatePart, StatePath, Vector};
 pub use path::{Path, Root};
-pub use rows::{
-    Part, Rows, assemble, count, count_states, derivatives, is_display_unit, is_known_unit,
-};
+pub use rows::{Part, Rows, assemble, count, count_states, derivatives};
 pub use serde;
 pub use solver::SolverName;
 

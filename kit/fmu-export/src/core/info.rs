@@ -88,7 +88,7 @@ impl Info {
         /// More files for the `resources/` folder, whose content is generated.
         made_resources(files: &'static [MadeFile]) made_resources = files;
 
-        /// Units beyond (or instead of) those in [`KNOWN_UNITS`](crate::KNOWN_UNITS).
+        /// Units beyond (or instead of) those that [`Unit::find`] reads.
         units(units: &'static [Unit]) units = units;
     }
 

@@ -217,6 +217,8 @@ pub struct Variable<M: Model> {
     pub(crate) unit: Option<&'static str>,
     /// The row's own definition of `unit`.
     pub(crate) own_unit: Option<&'static Unit>,
+    /// The unit of the derivative, if the row is a state.
+    pub(crate) rate_unit: Option<&'static str>,
     /// Units element by element, where they differ.
     pub(crate) each_unit: &'static [&'static str],
     pub(crate) display_unit: Option<&'static str>,

@@ -176,6 +176,7 @@ impl<M: Model> Variable<M> {
             at: None,
             unit: None,
             own_unit: None,
+            rate_unit: None,
             each_unit: &[],
             display_unit: None,
             min: f64::NEG_INFINITY,
@@ -197,10 +198,10 @@ impl<M: Model> Variable<M> {
 
     /// The derivative of this row.
     #[cfg(feature = "derive")]
-    pub(crate) const fn derivative(&self, unit: Option<&'static str>) -> Self {
+    pub(crate) const fn derivative(&self) -> Self {
         let mut row = Self::derivative_of(self.name);
         row.scalar = self.scalar;
-        row.unit = unit;
+        row.unit = self.rate_unit;
         row.dependencies = self.rate_dependencies;
         row
     }
@@ -223,14 +224,14 @@ impl<M: Model> Variable<M> {
         /// rows below follow. It does not change when a row is inserted above.
         at(reference: u32) at = Some(reference);
 
-        /// Unit of a Real row, from [`KNOWN_UNITS`](crate::KNOWN_UNITS) or
-        /// [`Info::units`](crate::Info::units).
+        /// Unit of a Real row: any expression that [`Unit::find`] reads, such as `m3/(s.Pa)`, or one
+        /// of [`Info::units`](crate::Info::units).
         unit(unit: &'static str) unit = Some(unit);
 
         /// Like [`unit`](Self::unit), one for each element of a vector, e.g. of a wrench.
         each_unit(units: &'static [&'static str]) each_unit = units;
 
-        /// Unit in which tools show values; one of the unit's display units.
+        /// Unit in which tools show values; any of the same dimension.
         display_unit(unit: &'static str) display_unit = Some(unit);
 
         /// Minimum; a smaller value is refused when set.
@@ -285,6 +286,9 @@ impl<M: Model> Variable<M> {
         /// input follow its derivative within a step.
         rate_of(row: &'static str) rate_of = Some(row);
 
+        /// The unit of the derivative, if the row is a state of a model with derives.
+        rate_unit(unit: &'static str) rate_unit = Some(unit);
+
         /// The dependencies of the derivative, if the row is a state of a model with derives.
         rate_depends_on(knowns: &'static [&'static str]) rate_dependencies = Dependencies::Same([knowns, &[]]);
 
@@ -301,7 +305,7 @@ impl<M: Model> Variable<M> {
         each_initially_depends_on(knowns: &'static [&'static [&'static str]]) initial_dependencies = Dependencies::Each(knowns);
     }
 
-    /// Unit of a Real row that is neither a known unit nor in [`Info::units`](crate::Info::units).
+    /// Unit of a Real row that no expression says, and that is not in [`Info::units`](crate::Info::units).
     pub const fn own_unit(mut self, unit: &'static Unit) -> Self {
         self.unit = Some(unit.name);
         self.own_unit = Some(unit);

@@ -27,7 +27,9 @@ pub(crate) fn hash<M: Model>(
     all.text(env!("CARGO_PKG_VERSION"));
     all.0.extend(version);
     all.info(&M::INFO);
-    all.each(&units_in_use(layout), |all, unit| all.unit(unit));
+    all.each(&units_in_use(layout), |all, (unit, display)| {
+        all.unit(unit, display)
+    });
     all.each(&enumerations(layout), |all, e| all.enumeration(e));
     let output = sizes::output::<M>(parameters);
     for (elements, row) in layout.rows() {
@@ -112,13 +114,13 @@ impl Bytes {
         ]);
     }
 
-    fn unit(&mut self, unit: &Unit) {
+    fn unit(&mut self, unit: &Unit, display: &[DisplayUnit]) {
         let &Unit {
             name,
             exponents,
             factor,
             offset,
-            display,
+            display: _, // with those of rows
         } = unit;
         self.text(name);
         self.0.extend(exponents.map(i8::cast_unsigned));
@@ -171,6 +173,7 @@ impl Bytes {
             enumeration,
             rate_of,
             rate_dependencies: _, // those of another row
+            rate_unit: _,
             dependencies,
             initial_dependencies,
         } = row;

@@ -2,6 +2,7 @@
 //! categories, default experiment and the common attributes of variables.
 
 use super::element::Element;
+use crate::Model;
 use crate::c_api::log::CATEGORIES;
 use crate::core::causality::Causality;
 use crate::core::enumeration::Enumeration;
@@ -10,8 +11,7 @@ use crate::core::layout::Layout;
 use crate::core::model::Variable;
 use crate::core::storage::{Kind, Storage, Values, each};
 use crate::core::value::Value;
-use crate::{KNOWN_UNITS, Model};
-use fmi_units::{BASE, Unit};
+use fmi_units::{BASE, DisplayUnit, Unit};
 
 /// The root element with the model's name, version, author and licence.
 pub(super) fn root(info: &Info, version: &str, hash: (&'static str, String)) -> Element {
@@ -38,23 +38,27 @@ pub(crate) fn flag(yes: bool) -> &'static str {
     if yes { "true" } else { "false" }
 }
 
-/// The definition of an element's unit: that of the row, else of the model, else the known unit.
-pub(crate) fn unit<M: Model>(row: &Variable<M>, i: usize) -> Option<&'static Unit> {
+/// The definition of an element's unit: that of the row, else of the model, else what its name says.
+pub(crate) fn unit<M: Model>(row: &Variable<M>, i: usize) -> Option<Unit> {
     let name = row.unit_of(i)?;
-    (row.own_unit.into_iter())
-        .chain(M::INFO.units)
-        .chain(KNOWN_UNITS)
-        .find(|unit| unit.name == name)
+    let mut own = row.own_unit.into_iter().chain(M::INFO.units);
+    let own = own.find(|unit| unit.name == name);
+    own.copied().or_else(|| Unit::find(name))
 }
 
-/// The units in use, in the order of first use.
-pub(super) fn units_in_use<M: Model>(layout: &Layout<M>) -> Vec<&'static Unit> {
-    let mut used: Vec<&Unit> = Vec::new();
+/// The units in use with their display units, those of rows last, in the order of first use.
+pub(super) fn units_in_use<M: Model>(layout: &Layout<M>) -> Vec<(Unit, Vec<DisplayUnit>)> {
+    let mut used: Vec<(Unit, Vec<_>)> = Vec::new();
     for (elements, row) in layout.rows() {
         let different = elements.len().min(row.each_unit.len()).max(1);
         for unit in (0..different).filter_map(|i| unit::<M>(row, i)) {
-            if !used.iter().any(|known| known.name == unit.name) {
-                used.push(unit);
+            if !used.iter().any(|(known, _)| known.name == unit.name) {
+                used.push((unit, unit.display.to_vec()));
+            }
+            let shown = row.display_unit.and_then(|name| unit.shown_in(name));
+            for (_, display) in used.iter_mut().filter(|(known, _)| known.name == unit.name) {
+                let new = shown.filter(|new| display.iter().all(|known| known.name != new.name));
+                display.extend(new);
             }
         }
     }
@@ -62,13 +66,13 @@ pub(super) fn units_in_use<M: Model>(layout: &Layout<M>) -> Vec<&'static Unit> {
 }
 
 pub(super) fn units<M: Model>(layout: &Layout<M>) -> Option<Element> {
-    let units = units_in_use(layout).into_iter().map(|unit| {
+    let units = units_in_use(layout).into_iter().map(|(unit, display)| {
         let exponents = BASE.into_iter().zip(unit.exponents);
         let base = exponents.filter(|(_, exponent)| *exponent != 0);
         let base = Element::new("BaseUnit")
             .with(base.map(|(name, exponent)| (name, exponent.to_string())))
             .with(scale(unit.factor, unit.offset));
-        let display = unit.display.iter().map(|shown| {
+        let display = display.iter().map(|shown| {
             Element::new("DisplayUnit")
                 .with([
                     ("name", shown.name.to_owned()),

@@ -233,15 +233,15 @@ fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
     }
     match (unit_of_element, unit::<M>(row, i), row.display_unit) {
         (Some(name), None, _) => Err(format!(
-            "unit `{name}` is neither in KNOWN_UNITS nor in Info::units"
+            "unit `{name}` is no expression of units such as `m3/(s.Pa)`, and not in Info::units"
         )),
         (None, _, Some(display)) => Err(format!("display unit `{display}` without a unit")),
-        (_, Some(unit), Some(display))
-            if unit.display.iter().all(|shown| shown.name != display) =>
-        {
+        (_, Some(unit), Some(display)) if unit.shown_in(display).is_none() => {
+            let usual = unit.display.iter().map(|shown| format!("{}, ", shown.name));
             Err(format!(
-                "display unit `{display}` is not one of unit `{}`",
-                unit.name
+                "display unit `{display}` is not one of unit `{}`; it may be {}or any unit of the same dimension",
+                unit.name,
+                usual.collect::<String>()
             ))
         }
         _ => Ok(()),
