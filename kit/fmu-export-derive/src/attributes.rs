@@ -17,6 +17,11 @@ pub(crate) struct Attributes {
     pub(crate) min: Option<Expr>,
     pub(crate) max: Option<Expr>,
     pub(crate) nominal: Option<Expr>,
+    /// The constant with the variable's type.
+    pub(crate) of_type: Option<Expr>,
+    pub(crate) aliases: Vec<LitStr>,
+    pub(crate) mime_type: Option<LitStr>,
+    pub(crate) max_size: Option<Expr>,
     pub(crate) at: Option<Expr>,
     /// The lengths of the dimensions of a `Vec`.
     pub(crate) len: Vec<Expr>,
@@ -29,7 +34,7 @@ pub(crate) struct Attributes {
 }
 
 /// All keys, for messages.
-const KEYS: &str = "unit, display_unit, start, min, max, nominal, len, name, at, structural, tunable, constant, discrete, set, depends_on, \
+const KEYS: &str = "unit, display_unit, type, start, min, max, nominal, len, name, alias, at, mime_type, max_size, structural, tunable, constant, discrete, set, depends_on, \
                     initially_depends_on, rate_depends_on, not_in_evaluation, local, calculated or skip";
 
 impl Attributes {
@@ -58,6 +63,15 @@ impl Attributes {
                 "max" => self.max = Some(meta.value()?.parse()?),
                 "nominal" => self.nominal = Some(meta.value()?.parse()?),
                 "at" => self.at = Some(meta.value()?.parse()?),
+                "type" => self.of_type = Some(meta.value()?.parse()?),
+                "mime_type" => self.mime_type = Some(meta.value()?.parse()?),
+                "max_size" => self.max_size = Some(meta.value()?.parse()?),
+                "alias" => {
+                    let names;
+                    syn::parenthesized!(names in meta.input);
+                    let names = Punctuated::<LitStr, Token![,]>::parse_terminated(&names)?;
+                    self.aliases = names.into_iter().collect();
+                }
                 "len" => {
                     self.len = match meta.value()?.parse()? {
                         Expr::Tuple(lengths) => lengths.elems.into_iter().collect(),

@@ -58,6 +58,8 @@ fn key_error(key: &str, field: &Field, role: Role) -> Option<String> {
             Some("write it on the fields of the struct, which itself is not a variable; an enumeration is the field `Choice<…>`".to_owned())
         }
         "unit" | "display_unit" | "nominal" if !kind.is_float() => of("an f64 or f32"),
+        "type" if kind != Kind::Real => of("an f64"),
+        "mime_type" | "max_size" if kind != Kind::BINARY => of("a Binary"),
         "min" | "max" if !is_number => of("an f64, an f32 or an integer"),
         "tunable" if role != Role::Parameter || field.has_setter(role) => {
             of("a parameter that is not a String")
@@ -120,7 +122,7 @@ fn missing_attribute(field: &Field, role: Role) -> Option<String> {
         "has no length: write `#[fmu(len = 5000)]`, or `len = p.n` with `n` a parameter that is `structural`"
     } else if attributes.has("structural") && !has_bounds {
         "is a size without bounds: write `min = 1, max = …`"
-    } else if field.kind.is_float() && attributes.unit.is_none() {
+    } else if field.kind.is_float() && attributes.unit.is_none() && attributes.of_type.is_none() {
         "has no unit: write `#[fmu(unit = \"…\")]`, with \"1\" for a number without one"
     } else if role == Role::Parameter && !field.kind.is_heap() && attributes.start.is_none() {
         "has no start value: write `#[fmu(start = …)]`"

@@ -69,7 +69,7 @@ impl Kind {
         matches!(self, Kind::Text | Self::BINARY)
     }
 
-    const BINARY: Self = Kind::Other("Binary");
+    pub(crate) const BINARY: Self = Kind::Other("Binary");
 
     fn is_other(self) -> bool {
         matches!(self, Kind::Other(_))

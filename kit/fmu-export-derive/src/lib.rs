@@ -21,12 +21,15 @@
 //! |---|---|---|
 //! | `unit = "m3/(s.Pa)"` | `f64`, `f32` | its unit, `"1"` for none; must be there: [any expression](https://docs.rs/fmi-units). `unit = MINE` with `const MINE: Unit` for one that is none |
 //! | `display_unit = "l/(min.bar)"` | `f64`, `f32` | what tools show: any unit of the same dimension |
+//! | `type = PRESSURE` | `f64` | its type, a `const PRESSURE: TypeDefinition`, which has the unit and bounds, too |
 //! | `start = 2.5` | parameters, inputs, states | start value; must be there for a parameter, except a String or Binary. Of an array one for all elements, or an array. `p.x_0` in a state: of the parameters `p` and inputs `u` |
 //! | `min = 0.0`, `max = 1.0` | numbers | bounds; what is set outside is refused |
 //! | `nominal = 1e5` | `f64`, `f32` | typical magnitude |
 //! | `len = 5000`, `len = p.n`, `len = (2, p.n)` | a `Vec` | its lengths, row by row: numbers, or structural parameters of the model's parameters `p`. `start` is then of the element with the index `i`, from 0 |
 //! | `structural` | Integer parameters | a size, with `min` and `max`: a structural parameter in FMI 3.0, a constant in FMI 2.0 |
 //! | `name = "R"` | all | name, where it is not the field's |
+//! | `alias("omega")` | all | further names, for the same value |
+//! | `mime_type = "image/png"`, `max_size = 4096` | `Binary` | what the bytes are, and the most of them |
 //! | `at = 17` | all | value reference (of the first element), where it is not the next one |
 //! | `tunable` | parameters | may be set between steps |
 //! | `constant` | parameters | cannot be set: always `start` |

@@ -16,7 +16,22 @@ pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream
         Role::Output | Role::State => quote!(Output),
     };
     let fields: Vec<_> = fields.iter().filter(|field| field.is_variable()).collect();
-    let names = fields.iter().map(|field| &field.name);
+    let names = fields.iter().map(|field| field.name.clone());
+    let others = fields.iter().flat_map(|field| &field.attributes.aliases);
+    let names = names.chain(others.map(LitStr::value));
+    let mut at = fields.len();
+    let further = fields
+        .iter()
+        .filter(|field| !field.attributes.aliases.is_empty());
+    let further = further.map(|field| {
+        let (from, description) = (at, &field.description);
+        at += field.attributes.aliases.len();
+        let (aliases, numbers) = (aliases(field), from..at);
+        quote! {
+            #[allow(non_upper_case_globals)]
+            const #aliases: &'static [(&'static str, &'static str)] = &[#((Self::ALL[#numbers].text(), #description)),*];
+        }
+    });
     let parts = (fields.iter().enumerate()).flat_map(|(k, field)| parts(field, role, k));
     let checks = fields.iter().map(|field| match field.kind {
         Kind::Struct => {
@@ -34,6 +49,7 @@ pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream
 
         impl<At: __fmu::Path> __Names<At> {
             const ALL: &'static [__fmu::Name] = &[#(At::NAME.join(#names)),*];
+            #(#further)*
         }
 
         #(#checks)*
@@ -81,6 +97,11 @@ fn path(ident: &Ident, field: &Field) -> TokenStream {
             }
         }
     }
+}
+
+/// The constant with the further names of a field.
+fn aliases(field: &Field) -> Ident {
+    format_ident!("aliases_of_{}", crate::names::ident_text(&field.ident))
 }
 
 fn to(field: &Field) -> Ident {
@@ -261,6 +282,9 @@ fn size(field: &Field) -> TokenStream {
 fn more(field: &Field, role: Role) -> TokenStream {
     let (attributes, ty) = (&field.attributes, field.value());
     let mut calls = TokenStream::new();
+    if let Some(definition) = &attributes.of_type {
+        calls.extend(quote!(.of_type(&#definition)));
+    }
     match &attributes.unit {
         Some(Expr::Lit(name)) => calls.extend(quote!(.unit(#name))),
         Some(unit) => calls.extend(quote!(.own_unit(&#unit))),
@@ -290,6 +314,16 @@ fn more(field: &Field, role: Role) -> TokenStream {
             let (key, value) = (Ident::new(key, Span::call_site()), bound(value, field.kind));
             calls.extend(quote!(.#key(#value)));
         }
+    }
+    if let Some(text) = &attributes.mime_type {
+        calls.extend(quote!(.mime_type(#text)));
+    }
+    if let Some(bytes) = &attributes.max_size {
+        calls.extend(quote!(.max_size(#bytes)));
+    }
+    if !attributes.aliases.is_empty() {
+        let aliases = aliases(field);
+        calls.extend(quote!(.aliases(__Names::<At>::#aliases)));
     }
     if let Some(reference) = &attributes.at {
         calls.extend(quote!(.at(#reference)));

@@ -52,4 +52,5 @@ pub(crate) mod step;
 pub(crate) mod step_end;
 pub(crate) mod storage;
 pub(crate) mod table_macros;
+pub(crate) mod type_definition;
 pub(crate) mod value;

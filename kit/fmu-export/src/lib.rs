@@ -139,6 +139,7 @@ pub use core::step_end::StepEnd;
 pub use core::storage::Fields;
 #[doc(hidden)]
 pub use core::table_macros::{join, total};
+pub use core::type_definition::TypeDefinition;
 pub use fmi_units::{DisplayUnit, KNOWN_UNITS, Unit};
 pub use fmi2::description::model_description;
 #[doc(hidden)]
@@ -162,7 +163,8 @@ pub use {
 pub mod prelude {
     pub use crate::{
         Binary, Choice, Enumeration, Event, Info, Input, InputPolynomial, Log, Model, ModelError,
-        Ode, Output, Parameters, State, StepEnd, Unit, Variable, derived, export_fmu,
+        Ode, Output, Parameters, State, StepEnd, TypeDefinition, Unit, Variable, derived,
+        export_fmu,
     };
     pub use serde::{Deserialize, Serialize};
 }

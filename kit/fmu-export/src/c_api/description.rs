@@ -28,8 +28,8 @@ pub(crate) struct Dialect<M: Model> {
     pub(crate) indicators: Option<&'static str>,
     /// Attributes of the element `CoSimulation`.
     pub(crate) co_simulation: Vec<(&'static str, &'static str)>,
-    /// Names of the elements that define an enumeration type: outer and inner.
-    pub(crate) enumeration: (&'static str, Option<&'static str>),
+    /// Names of the elements that define types, enumerations and Reals: outer and inner.
+    pub(crate) types: [(&'static str, Option<&'static str>); 2],
     /// The element `ModelVariables`.
     pub(crate) variables: fn(&Layout<M>, &StartValues<M>) -> Element,
     /// The element `ModelStructure`.
@@ -55,7 +55,7 @@ impl<M: Model> Dialect<M> {
             .holding(exchange.map(|exchange| Element::new("ModelExchange").with(exchange)))
             .holding([Element::new("CoSimulation").with(slave)])
             .holding(units(&layout))
-            .holding(types(&layout, self.enumeration))
+            .holding(types(&layout, self.types))
             .holding([categories::<M>(), experiment::<M>()])
             .holding([
                 (self.variables)(&layout, &start),

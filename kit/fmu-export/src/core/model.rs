@@ -13,6 +13,7 @@ use super::packed_file::PackedFile;
 use super::solver_workspace::SolverWorkspace;
 use super::step_end::StepEnd;
 use super::storage::{Accessor, Storage, each};
+use super::type_definition::TypeDefinition;
 use fmi_units::Unit;
 use serde::{Serialize, de::DeserializeOwned};
 use std::path::Path;
@@ -226,6 +227,14 @@ pub struct Variable<M: Model> {
     pub(crate) max: f64,
     pub(crate) nominal: Option<f64>,
     pub(crate) enumeration: Option<Enumeration>,
+    /// The type of a Real row.
+    pub(crate) declared_type: Option<&'static TypeDefinition>,
+    /// Further names, with descriptions.
+    pub(crate) aliases: &'static [(&'static str, &'static str)],
+    /// The row has one of them.
+    pub(crate) is_alias: bool,
+    /// What the bytes of a Binary row are.
+    pub(crate) mime_type: &'static str,
     /// The input or output of which this one is the time derivative.
     pub(crate) rate_of: Option<&'static str>,
     /// The dependencies of the derivative, if the row is a state.

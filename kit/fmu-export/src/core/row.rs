@@ -12,6 +12,7 @@ use super::model::{Model, SetString, Variable};
 use super::packed_file::PackedFile;
 use super::setters::setters;
 use super::storage::{Accessor, Fields, Getter, Storage, TypeNames};
+use super::type_definition::TypeDefinition;
 use fmi_units::Unit;
 use std::ops::RangeInclusive;
 
@@ -183,6 +184,10 @@ impl<M: Model> Variable<M> {
             max: f64::INFINITY,
             nominal: None,
             enumeration: None,
+            declared_type: None,
+            aliases: &[],
+            is_alias: false,
+            mime_type: "",
             rate_of: None,
             rate_dependencies: Dependencies::Unknown,
             dependencies: Dependencies::Unknown,
@@ -273,6 +278,16 @@ impl<M: Model> Variable<M> {
         /// Makes an Integer row an enumeration; values outside its items are refused.
         enumeration(enumeration: &'static Enumeration) enumeration = Some(*enumeration);
 
+        /// Further names of the row, each with a description: of FMI 3.0's `Alias`, and in FMI 2.0
+        /// local variables with the same value references.
+        aliases(names: &'static [(&'static str, &'static str)]) aliases = names;
+
+        /// What the bytes of a Binary row are, `application/octet-stream` if it is not said.
+        mime_type(mime_type: &'static str) mime_type = mime_type;
+
+        /// Most bytes of a Binary row; more are refused when set.
+        max_size(bytes: u32) max = bytes as f64;
+
         /// The inputs that an output depends on directly (at fixed state): `"u"` the scalar or the
         /// whole vector, `"u[2]"` one element, `"u[i]"` the element with the output's own index;
         /// `&[]` none. Without a list, an output depends on all inputs.
@@ -309,6 +324,22 @@ impl<M: Model> Variable<M> {
     pub const fn own_unit(mut self, unit: &'static Unit) -> Self {
         self.unit = Some(unit.name);
         self.own_unit = Some(unit);
+        self
+    }
+
+    /// The type of a Real row, which sets its unit, bounds and nominal value, as far as it has them.
+    pub const fn of_type(mut self, definition: &'static TypeDefinition) -> Self {
+        self.declared_type = Some(definition);
+        if definition.unit.is_some() {
+            self.unit = definition.unit;
+        }
+        if definition.display_unit.is_some() {
+            self.display_unit = definition.display_unit;
+        }
+        if definition.nominal.is_some() {
+            self.nominal = definition.nominal;
+        }
+        (self.min, self.max) = (definition.min, definition.max);
         self
     }
 
@@ -362,6 +393,21 @@ impl<M: Model> Variable<M> {
             rest /= n;
         }
         self.named(format!("{}[{}{indices}]", self.name, rest + 1))
+    }
+
+    /// The row by each of its further names.
+    pub(crate) fn by_aliases(&self) -> impl Iterator<Item = Self> {
+        (self.aliases.iter()).map(|&(name, description)| Self {
+            name,
+            description,
+            is_alias: true,
+            ..*self
+        })
+    }
+
+    /// Further names of an element.
+    pub(crate) fn alias_names(&self, i: usize) -> impl Iterator<Item = String> {
+        self.by_aliases().map(move |row| row.element_name(i))
     }
 
     /// Name of the whole row.

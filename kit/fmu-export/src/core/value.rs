@@ -4,7 +4,7 @@
 use super::binary::Binary;
 use super::enumeration::numbered;
 use super::model::{Model, Variable};
-use super::storage::StorageType;
+use super::storage::{Kind, StorageType};
 use std::fmt::Display;
 
 /// A type of variable.
@@ -264,8 +264,8 @@ impl Value for String {
 }
 
 impl Value for Binary {
-    fn is_within(&self, _bounds: [f64; 2]) -> bool {
-        true
+    fn is_within(&self, [_, most]: [f64; 2]) -> bool {
+        self.len() as f64 <= most
     }
 
     fn is_same(&self, other: &Binary) -> bool {
@@ -288,6 +288,9 @@ pub(crate) fn allowed<M: Model>(row: &Variable<M>) -> String {
         return numbered(enumeration.items);
     }
     match (row.min.is_finite(), row.max.is_finite()) {
+        (_, true) if row.storage.kind() == Kind::Binary => {
+            format!("at most {} bytes long", row.max)
+        }
         (true, true) => format!("from {} to {}", row.min, row.max),
         (true, false) => format!("finite and at least {}", row.min),
         (false, true) => format!("finite and at most {}", row.max),

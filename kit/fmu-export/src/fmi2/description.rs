@@ -70,7 +70,7 @@ fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<String, String>
             ("canSerializeFMUstate", "true"),
             ("providesDirectionalDerivative", derivatives),
         ],
-        enumeration: ("SimpleType", Some("Enumeration")),
+        types: ["Enumeration", "Real"].map(|inner| ("SimpleType", Some(inner))),
         variables: variables::model_variables,
         structure: structure::model_structure,
     };

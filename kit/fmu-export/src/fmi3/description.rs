@@ -69,7 +69,7 @@ fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<String, String>
             ("hasEventMode", "true"),
             ("providesEvaluateDiscreteStates", "false"),
         ],
-        enumeration: ("EnumerationType", None),
+        types: [("EnumerationType", None), ("Float64Type", None)],
         variables: variables::model_variables,
         structure: structure::model_structure,
     };

@@ -115,7 +115,7 @@ tables! {
        &["`x` depends initially on `w`, which it does not declare", "`x` depends on `w`, which it does not declare"];
     14 [gain(), start(), u(), V::input("w", "may rise a little", |u| &u.w, |u| &mut u.w).min(0.0).max(1.5e-6), x()],
        &["`x` depends initially on `w`, which it does not declare", "`x` depends on `w`, which it does not declare"];
-    15 [u().unit("furlong")], &["variable `u[1]`: unit `furlong` is neither in KNOWN_UNITS nor in Info::units"];
+    15 [u().unit("furlong")], &["variable `u[1]`: unit `furlong` is no expression of units such as `m3/(s.Pa)`, and not in Info::units"];
     16 [gain(), start(), u(), w(), x(), y()], &[];
     17 [gain(), start(), u(), y()],
        &["the directional derivative of `y` by `u[1]` is 1.0000e-3, differences of the output give 0.0000e0"];

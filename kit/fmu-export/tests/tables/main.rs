@@ -29,6 +29,7 @@ macro_rules! idle_model {
 mod check;
 mod compile_fail;
 mod derive;
+mod described;
 mod hash;
 mod ode;
 mod table;

@@ -78,7 +78,7 @@ const TABLES: &[(&[V], &str)] = &[
     (&[u("u"), y().depends_on(&["u[2]"]).initially_depends_on(&["u", "p"]), p(), n().enumeration(&ENUMERATION), text()], ""),
     (&[u("u"), p(), u("u")],                            "variable `u[1]`: is in the table twice"),
     (&[u("a b")],                                       "variable `a b[1]`: is not a structured name"),
-    (&[u("u").unit("furlong")],                         "unit `furlong` is neither in KNOWN_UNITS nor in Info::units"),
+    (&[u("u").unit("furlong")],                         "unit `furlong` is no expression of units such as `m3/(s.Pa)`, and not in Info::units"),
     (&[u("u").unit("rad").display_unit("mm")],          "display unit `mm` is not one of unit `rad`"),
     (&[u("u").display_unit("mm")],                      "display unit `mm` without a unit"),
     (&[p().min(2.0)],                                   "variable `p`: start value 1 must be finite and at least 2"),

@@ -2,7 +2,7 @@
 //! instantiation and saved states: a UUID v5 of all that the model description says. It is computed
 //! from the table, because writing XML would take most of a process's first instantiation.
 
-use super::parts::{enumerations, units_in_use};
+use super::parts::{declared_types, enumerations, units_in_use};
 use crate::core::causality::Dependencies;
 use crate::core::enumeration::Enumeration;
 use crate::core::info::{Experiment, Info};
@@ -12,7 +12,7 @@ use crate::core::model::Variable;
 use crate::core::sizes::{self, StartValues};
 use crate::core::storage::{Storage, each};
 use crate::core::value::Value;
-use crate::{Model, c_api::log::CATEGORIES};
+use crate::{Model, TypeDefinition, c_api::log::CATEGORIES};
 use fmi_units::{DisplayUnit, Unit};
 use uuid::Uuid;
 
@@ -31,6 +31,9 @@ pub(crate) fn hash<M: Model>(
         all.unit(unit, display)
     });
     all.each(&enumerations(layout), |all, e| all.enumeration(e));
+    for declared in declared_types(layout) {
+        all.declared_type(declared);
+    }
     let output = sizes::output::<M>(parameters);
     for (elements, row) in layout.rows() {
         all.number(elements.len());
@@ -146,6 +149,26 @@ impl Bytes {
         self.pairs(items);
     }
 
+    fn declared_type(&mut self, declared: &TypeDefinition) {
+        let &TypeDefinition {
+            name,
+            description,
+            quantity,
+            relative,
+            unit,
+            display_unit,
+            min,
+            max,
+            nominal,
+        } = declared;
+        self.texts(&[name, description, quantity]);
+        self.flags([relative]);
+        self.texts(unit.as_slice());
+        self.texts(display_unit.as_slice());
+        self.reals(&[min, max]);
+        self.reals(nominal.as_slice());
+    }
+
     fn row<M: Model>(&mut self, row: &Variable<M>) {
         let &Variable {
             name,
@@ -171,6 +194,10 @@ impl Bytes {
             max,
             nominal,
             enumeration,
+            declared_type,
+            aliases,
+            is_alias: _,
+            mime_type,
             rate_of,
             rate_dependencies: _, // those of another row
             rate_unit: _,
@@ -191,6 +218,15 @@ impl Bytes {
         self.dependencies(initial_dependencies);
         if let Some(of) = rate_of {
             self.texts(&["rate", of]);
+        }
+        if let Some(declared) = declared_type {
+            self.texts(&["type", declared.name]);
+        }
+        if !aliases.is_empty() {
+            self.pairs(aliases);
+        }
+        if !mime_type.is_empty() {
+            self.texts(&["MIME", mime_type]);
         }
         if structural || !shape.is_empty() {
             self.flags([structural]);

@@ -2,7 +2,6 @@
 //! categories, default experiment and the common attributes of variables.
 
 use super::element::Element;
-use crate::Model;
 use crate::c_api::log::CATEGORIES;
 use crate::core::causality::Causality;
 use crate::core::enumeration::Enumeration;
@@ -11,6 +10,7 @@ use crate::core::layout::Layout;
 use crate::core::model::Variable;
 use crate::core::storage::{Kind, Storage, Values, each};
 use crate::core::value::Value;
+use crate::{Model, TypeDefinition};
 use fmi_units::{BASE, DisplayUnit, Unit};
 
 /// The root element with the model's name, version, author and licence.
@@ -55,10 +55,14 @@ pub(super) fn units_in_use<M: Model>(layout: &Layout<M>) -> Vec<(Unit, Vec<Displ
             if !used.iter().any(|(known, _)| known.name == unit.name) {
                 used.push((unit, unit.display.to_vec()));
             }
-            let shown = row.display_unit.and_then(|name| unit.shown_in(name));
-            for (_, display) in used.iter_mut().filter(|(known, _)| known.name == unit.name) {
-                let new = shown.filter(|new| display.iter().all(|known| known.name != new.name));
-                display.extend(new);
+            let of_type = row.declared_type.and_then(|of| of.display_unit);
+            let shown = row.display_unit.into_iter().chain(of_type);
+            for shown in shown.filter_map(|name| unit.shown_in(name)) {
+                let entry = used.iter_mut().find(|(known, _)| known.name == unit.name);
+                let Some((_, display)) = entry else { continue };
+                if display.iter().all(|known| known.name != shown.name) {
+                    display.push(shown);
+                }
             }
         }
     }
@@ -106,14 +110,25 @@ pub(crate) fn enumerations<M: Model>(layout: &Layout<M>) -> Vec<Enumeration> {
     used
 }
 
-/// The definitions of the enumeration types: `outer` elements that hold the items, or hold an
-/// `inner` element with the items.
+/// The types of Reals in use, in the order of first use.
+pub(super) fn declared_types<M: Model>(layout: &Layout<M>) -> Vec<&'static TypeDefinition> {
+    let mut used: Vec<&TypeDefinition> = Vec::new();
+    for declared in layout.rows().filter_map(|(_, row)| row.declared_type) {
+        if !used.iter().any(|known| known.name == declared.name) {
+            used.push(declared);
+        }
+    }
+    used
+}
+
+/// The definitions of enumerations and of types of Reals: `outer` elements that hold the content, or
+/// hold an `inner` element with it.
 pub(super) fn types<M: Model>(
     layout: &Layout<M>,
-    (outer, inner): (&'static str, Option<&'static str>),
+    [enumeration, real_type]: [(&'static str, Option<&'static str>); 2],
 ) -> Option<Element> {
-    let types = enumerations(layout).into_iter().map(|enumeration| {
-        let items = (1..).zip(enumeration.items);
+    let enumerations = enumerations(layout).into_iter().map(|of| {
+        let items = (1..).zip(of.items);
         let items = items.map(|(value, (name, description))| {
             let value = i32::to_string(&value);
             Element::new("Item").with([
@@ -122,16 +137,50 @@ pub(super) fn types<M: Model>(
                 ("description", description),
             ])
         });
-        let outer = Element::new(outer).with([
-            ("name", enumeration.name),
-            ("description", enumeration.description),
-        ]);
-        match inner {
-            None => outer.holding(items),
-            Some(inner) => outer.holding([Element::new(inner).holding(items)]),
-        }
+        let fill = |element: Element| element.holding(items);
+        defined(enumeration, of.name, of.description, fill)
     });
-    Element::new("TypeDefinitions").holding(types).if_any()
+    let reals = declared_types(layout).into_iter().map(|of| {
+        let bound = |x: f64| x.is_finite().then(|| real(x));
+        let attributes = [
+            (
+                "quantity",
+                Some(of.quantity.to_owned()).filter(|q| !q.is_empty()),
+            ),
+            ("unit", of.unit.map(str::to_owned)),
+            ("displayUnit", of.display_unit.map(str::to_owned)),
+            (
+                "relativeQuantity",
+                of.relative.then(|| flag(true).to_owned()),
+            ),
+            ("min", bound(of.min)),
+            ("max", bound(of.max)),
+            ("nominal", of.nominal.map(real)),
+        ];
+        let attributes = attributes
+            .into_iter()
+            .filter_map(|(name, value)| Some((name, value?)));
+        let fill = |element: Element| element.with(attributes);
+        defined(real_type, of.name, of.description, fill)
+    });
+    Element::new("TypeDefinitions")
+        .holding(enumerations)
+        .holding(reals)
+        .if_any()
+}
+
+/// The definition of a type, whose inner element `fill` completes.
+fn defined(
+    (outer, inner): (&'static str, Option<&'static str>),
+    name: &str,
+    description: &str,
+    fill: impl FnOnce(Element) -> Element,
+) -> Element {
+    let outer = Element::new(outer).with([("name", name), ("description", description)]);
+    match inner {
+        None => fill(outer),
+        Some(inner) => outer.holding([fill(Element::new(inner))]),
+    }
 }
 
 pub(super) fn categories<M: Model>() -> Element {
@@ -197,10 +246,22 @@ pub(crate) fn type_attributes<M: Model>(
             _ => x.to_string(),
         })
     };
-    add("declaredType", row.enumeration.map(|e| e.name.to_owned()));
+    let declared = row
+        .enumeration
+        .map(|e| e.name)
+        .or(row.declared_type.map(|t| t.name));
+    add("declaredType", declared.map(str::to_owned));
     add("unit", row.unit_of(i).map(str::to_owned));
     add("displayUnit", row.display_unit.map(str::to_owned));
     add("min", bound(row.min));
+    if kind == Kind::Binary {
+        add(
+            "mimeType",
+            Some(row.mime_type.to_owned()).filter(|text| !text.is_empty()),
+        );
+        add("maxSize", bound(row.max));
+        return attributes;
+    }
     add("max", bound(row.max));
     add("nominal", row.nominal.map(real));
     attributes
@@ -220,13 +281,14 @@ impl<M: Model> Variable<M> {
     /// The attributes `causality` and `initial`; inputs have no `initial`.
     pub(crate) fn causality_and_initial(&self) -> (&'static str, Option<&'static str>) {
         match self.causality {
+            Causality::Constant => ("local", Some("exact")),
+            _ if self.is_alias => ("local", Some("calculated")),
             Causality::Input => ("input", None),
             Causality::Output => ("output", Some("calculated")),
             Causality::Local => ("local", Some("calculated")),
             Causality::Parameter if self.structural => ("structuralParameter", Some("exact")),
             Causality::Parameter => ("parameter", Some("exact")),
             Causality::CalculatedParameter => ("calculatedParameter", Some("calculated")),
-            Causality::Constant => ("local", Some("exact")),
         }
     }
 

@@ -7,7 +7,7 @@ use crate::core::dependencies::Knowns;
 use crate::core::layout::{Layout, state};
 use crate::core::model::Variable;
 use crate::core::sizes::{self, StartValues};
-use crate::core::storage::{Kind, Storage, each, typed};
+use crate::core::storage::{Kind, Storage, TypeNames, each, typed};
 use crate::core::value::Value;
 use crate::{Enumeration, Model, ModelExchange};
 use std::collections::{BTreeMap, BTreeSet};
@@ -31,10 +31,11 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &StartValues<M>) -> Res
     lengths(layout, start)?;
     let (parameters, input) = start;
     let knowns = Knowns::new(layout);
-    let mut names = BTreeSet::new();
+    let mut names = BTreeMap::new();
     let mut numbers = BTreeMap::new();
     let mut units = BTreeMap::new();
     let mut enumerations = BTreeMap::new();
+    let mut types = BTreeMap::new();
     for (number, (span, i, n)) in layout.entries() {
         let row = span.row;
         let name = row.element_name(i);
@@ -44,8 +45,15 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &StartValues<M>) -> Res
                 "is not a structured name such as `a.b` (no spaces, and no brackets, which vectors get automatically)",
             );
         }
-        if !names.insert(name.clone()) {
-            return wrong("is in the table twice");
+        for name in [name.clone()].into_iter().chain(row.alias_names(i)) {
+            if let Some(first) = names.insert(name.clone(), row) {
+                return Err(format!("variable `{name}`: {}", twice(first, row)));
+            }
+        }
+        if let Some((alias, _)) = (row.aliases.iter()).find(|(alias, _)| !is_structured(alias)) {
+            return wrong(&format!(
+                "its alias `{alias}` is not a structured name such as `a.b`"
+            ));
         }
         let largest = span.largest_number();
         if number > largest {
@@ -69,6 +77,12 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &StartValues<M>) -> Res
             ),
             items(row),
             same(&mut enumerations, "enumeration", enumeration, &name),
+            same(
+                &mut types,
+                "type",
+                row.declared_type.map(|t| (t.name, t)),
+                &name,
+            ),
             bounds(row),
             self::start(row, parameters, input, (i, n)),
         ];
@@ -85,7 +99,26 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &StartValues<M>) -> Res
             _ => return wrong("only outputs have dependencies"),
         }
     }
+    for (name, at) in types.iter().map(|(name, (_, at))| (*name, at)) {
+        if names.contains_key(name) || enumerations.contains_key(name) {
+            return Err(format!(
+                "variable `{at}`: its type `{name}` has the name of a variable or of an enumeration"
+            ));
+        }
+    }
     Ok(())
+}
+
+/// What is wrong with two rows of one name.
+fn twice<M: Model>(first: &Variable<M>, second: &Variable<M>) -> String {
+    if first.causality == second.causality {
+        return "is in the table twice".to_owned();
+    }
+    let [first, second] = [first, second].map(|row| row.kind(&TypeNames::PLAIN));
+    format!(
+        "is the name of {first} and of {second}; each variable has a name of its own, and a state of a model is an output or a \
+         local variable"
+    )
 }
 
 fn experiment<M: Model>() -> Result<(), String> {
@@ -228,6 +261,19 @@ fn attributes<M: Model>(row: &Variable<M>, i: usize) -> Result<(), String> {
         return Err(format!("has units for {units} elements only"));
     }
     let has_unit = unit_of_element.is_some() || row.display_unit.is_some();
+    if row.declared_type.is_some() && storage.kind() != Kind::Real {
+        return Err("only a Real can have a type".to_owned());
+    }
+    if let Some(of) = row.declared_type.filter(|of| of.unit != row.unit) {
+        let (name, unit) = (of.name, of.unit.unwrap_or("none"));
+        return Err(format!(
+            "its unit must be that of its type `{name}`, {unit}"
+        ));
+    }
+    let is_binary = storage.kind() == Kind::Binary;
+    if !row.mime_type.is_empty() && !is_binary {
+        return Err("only a Binary has a MIME type".to_owned());
+    }
     if !is_real && (has_unit || row.nominal.is_some()) {
         return Err("only a Real has a unit or a nominal value".to_owned());
     }

@@ -62,6 +62,16 @@ fn block_variable<M: Model>(
         .with(start)
         .holding((dimensions.into_iter()).map(|length| Element::new("Dimension").with([length])))
         .holding(texts.map(|text| Element::new("Start").with([("value", text)])))
+        .holding(row.by_aliases().map(|alias| {
+            let name = match span.is_array() {
+                true => alias.full_name(),
+                false => alias.element_name(first),
+            };
+            Element::new("Alias").with([
+                ("name", name),
+                ("description", alias.description.to_owned()),
+            ])
+        }))
 }
 
 /// The dimensions of an array: each a number, or the reference of a structural parameter.
