@@ -15,7 +15,7 @@
 //! | `[[T; N]; M]` and so on | a matrix: `x[1,1]`, `x[1,2]`, … |
 //! | `Vec<T>` | a vector or matrix with the lengths of `len` |
 //! | `[S; 2]`, `S` a struct with the same derive | its variables twice: `motor[1].R`, `motor[2].R` |
-//! | a struct with the same derive | its variables, with the field's name before theirs: `motor.R` |
+//! | a struct with the same derive | its variables, with the field's name before theirs: `motor.R`. In a state it may be the state of a model, whose functions the model around it calls: `indicators_of!` |
 //!
 //! | `#[fmu(…)]` on a field | of | means |
 //! |---|---|---|

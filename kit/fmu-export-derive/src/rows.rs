@@ -36,7 +36,18 @@ pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream
     let checks = fields.iter().map(|field| match field.kind {
         Kind::Struct => {
             let (ty, is_there) = (field.element(), role.requirement());
-            quote_spanned!(ty.span()=> const _: () = __fmu::#is_there::<#ty>();)
+            let mut checks =
+                quote_spanned!(ty.span()=> const _: () = __fmu::#is_there::<#ty>(););
+            if role == Role::State && field.attributes.start.is_none() && !field.starts_elsewhere {
+                let text = format!(
+                    "`{0}` is a model, whose start is not zero: write it, `#[fmu(start = Model::start(&p.{0}, &inputs))]`",
+                    field.name
+                );
+                checks.extend(quote_spanned!(ty.span()=>
+                    const _: () = ::core::assert!(!__fmu::FieldType::<#ty>::IS_MODEL, #text);
+                ));
+            }
+            checks
         }
         _ => size(field),
     });
@@ -364,6 +375,9 @@ fn dependencies(field: &Field, role: Role) -> TokenStream {
     };
     if let Some::<Vec<TokenStream>>(knowns) = knowns {
         calls.extend(quote!(.initially_depends_on(&[#(#knowns),*])));
+    }
+    if role == Role::State && !field.starts_elsewhere {
+        calls.extend(quote!(.forget_own_names(!At::NAME.is_empty())));
     }
     calls
 }

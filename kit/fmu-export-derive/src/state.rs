@@ -121,7 +121,14 @@ pub(crate) fn derive(
     match model.filter(|model| model.is_whole()) {
         Some(model) => {
             let whole = state_impl(ident, fields, model);
-            Ok(quote!(#vector #whole))
+            Ok(quote! {
+                #vector
+                #whole
+                impl __fmu::Output for #ident {}
+                impl __fmu::StatePart for #ident {
+                    const IS_MODEL: bool = true;
+                }
+            })
         }
         None => match (fields.iter()).find_map(|field| field.attributes.start.as_ref()) {
             Some(start) => {

@@ -44,7 +44,7 @@ mod row;
 pub(crate) mod saved;
 pub(crate) mod setters;
 pub(crate) mod sizes;
-#[cfg(feature = "derive")]
+pub(crate) mod solver;
 pub(crate) mod solver_step;
 pub(crate) mod solver_workspace;
 pub(crate) mod state;

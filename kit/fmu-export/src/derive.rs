@@ -6,15 +6,17 @@
 //! constant: nothing is computed when a library is loaded.
 
 mod array_serde;
+mod children;
 mod choice;
 mod fallback;
 mod name;
 mod ode;
 mod path;
 mod rows;
-mod solver;
 
+pub use crate::core::solver::SolverName;
 pub use array_serde::{ArrayCells, DeserializedArray, SerializedArray};
+pub use children::{child_indicators, child_names};
 pub use choice::{Choice, Enumerated, Item};
 pub use fallback::{
     Fallback, FallbackRows, FieldRows, FieldType, is_input, is_output, is_parameter, is_saved,
@@ -25,7 +27,6 @@ pub use ode::{Ode, OutputsPath, State, StateAndOutputs, StatePart, StatePath, Ve
 pub use path::{Path, Root};
 pub use rows::{Part, Rows, assemble, count, count_states, derivatives};
 pub use serde;
-pub use solver::SolverName;
 
 use serde::{Serialize, de::DeserializeOwned};
 

@@ -135,6 +135,10 @@ pub use core::packed_file::PackedFile;
 pub use core::parameter_file::{read_parameter_file, read_placed_file};
 #[doc(hidden)]
 pub use core::sizes::fit_start_values;
+#[doc(hidden)]
+pub use core::solver::{SolverName, solved_step};
+#[doc(hidden)]
+pub use core::solver_workspace::SolverWorkspace;
 pub use core::step_end::StepEnd;
 pub use core::storage::Fields;
 #[doc(hidden)]
@@ -161,10 +165,12 @@ pub use {
 /// Everything a model with derives needs: `use fmu_export::prelude::*;`.
 #[cfg(feature = "derive")]
 pub mod prelude {
+    /// The trait of the states of models, for `start`; their derive has the same name.
+    pub use crate::derive::State;
     pub use crate::{
         Binary, Choice, Enumeration, Event, Info, Input, InputPolynomial, Log, Model, ModelError,
         Ode, Output, Parameters, State, StepEnd, TypeDefinition, Unit, Variable, derived,
-        export_fmu,
+        export_fmu, indicators_of, solved,
     };
     pub use serde::{Deserialize, Serialize};
 }

@@ -8,6 +8,7 @@ use super::layout::Element;
 use super::message::Kind;
 use super::model::Variable;
 use super::phase::Phase;
+use super::sizes;
 use super::storage::{Accessor, Storage};
 use super::value::Value;
 use std::collections::BTreeMap;
@@ -431,7 +432,8 @@ impl<M: Model> Instance<M> {
             (equations.set_states)(&mut model, &x);
         }
         let now = M::Evaluation::new(&model, p, u)?;
-        let y = model.output(p, u, &now)?;
+        let mut y = sizes::output::<M>(p);
+        model.output_at(p, u, &now, self.state.time, &mut y)?;
         let Some(equations) = M::MODEL_EXCHANGE.filter(|_| needed > 0) else {
             return Ok((y, Vec::new()));
         };

@@ -29,6 +29,21 @@ impl Event {
             ..Self::NONE
         }
     }
+
+    /// Both events, of two parts of a model: the earlier next one, and what either asks for.
+    #[must_use]
+    pub const fn and(self, other: Self) -> Self {
+        let next = match (self.next, other.next) {
+            (Some(a), Some(b)) => Some(a.min(b)),
+            (a, None) => a,
+            (None, b) => b,
+        };
+        Self {
+            again: self.again || other.again,
+            next,
+            terminate: self.terminate || other.terminate,
+        }
+    }
 }
 
 /// Most iterations of one event.

@@ -240,11 +240,12 @@ impl<M: Model> Instance<M> {
     pub(crate) fn update_output(&mut self) -> Result<(), ModelError> {
         if !self.output_is_valid {
             self.evaluate()?;
-            let (Some(model), Some(now)) = (&self.state.model, &self.evaluation) else {
+            let (state, evaluation) = (&self.state, &self.evaluation);
+            let (Some(model), Some(now)) = (&state.model, evaluation) else {
                 unreachable!("`evaluate` comes first");
             };
-            let (p, u) = (&self.state.parameters, self.state.input());
-            model.output_into(p, u, now, &mut self.output)?;
+            let (p, u) = (&state.parameters, state.input());
+            model.output_at(p, u, now, state.time, &mut self.output)?;
             self.output_is_valid = true;
         }
         Ok(())

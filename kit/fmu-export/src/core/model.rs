@@ -95,6 +95,24 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
         Ok(())
     }
 
+    /// The same at the time `t`, s, for outputs that depend on it; needs
+    /// [`HAS_TIMED_OUTPUTS`](Self::HAS_TIMED_OUTPUTS). [`check`](crate::check) looks at the outputs at
+    /// the start time, by [`output`](Self::output).
+    #[inline]
+    fn output_at(
+        &self,
+        p: &Self::Parameters,
+        u: &Self::Input,
+        now: &Self::Evaluation,
+        _t: f64,
+        y: &mut Self::Output,
+    ) -> Result<(), ModelError> {
+        self.output_into(p, u, now, y)
+    }
+
+    /// Whether [`output_at`](Self::output_at) is implemented.
+    const HAS_TIMED_OUTPUTS: bool = false;
+
     /// Advances from `t` by `h`, both s; `now` is the evaluation of the state and `u.value()`. On
     /// `Err`, `self` must be as before: compute in locals, commit at the end; the importer may then
     /// try a smaller step. The usual result is [`StepEnd::WHOLE`].

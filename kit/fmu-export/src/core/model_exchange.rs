@@ -180,6 +180,7 @@ impl<M: Model> Instance<M> {
             );
         }
         self.state.time = t;
+        self.output_is_valid &= !M::HAS_TIMED_OUTPUTS;
         self.equation_cache.invalidate();
         Ok(())
     }

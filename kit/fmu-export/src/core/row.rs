@@ -343,6 +343,17 @@ impl<M: Model> Variable<M> {
         self
     }
 
+    /// Without the dependencies that a model within another model has, whose names are its own.
+    #[cfg(feature = "derive")]
+    #[doc(hidden)]
+    pub const fn forget_own_names(mut self, is_forgotten: bool) -> Self {
+        if is_forgotten {
+            self.initial_dependencies = Dependencies::Unknown;
+            self.rate_dependencies = Dependencies::Unknown;
+        }
+        self
+    }
+
     /// Unit of element `i`.
     pub(crate) fn unit_of(&self, i: usize) -> Option<&'static str> {
         self.each_unit.get(i).copied().or(self.unit)

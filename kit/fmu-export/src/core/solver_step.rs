@@ -100,7 +100,7 @@ pub(crate) fn solve<M: Continuous>(
     workspace: &mut SolverWorkspace<M, M::Input>,
     make: impl FnOnce(&M) -> Result<Solver, ModelError>,
     n: usize,
-    name: fn(&mut M, usize, f64) -> &'static str,
+    name: impl Fn(&mut M, usize, f64) -> &'static str,
     (p, u): (&M::Parameters, &InputPolynomial<M::Input>),
     (t, h): (f64, f64),
 ) -> Result<StepEnd, ModelError> {
@@ -125,7 +125,7 @@ pub(crate) fn solve<M: Continuous>(
     let before = scratch.solver.counts();
     scratch.solver.forget_event();
     let carried = (&mut workspace.first, &mut workspace.next_event);
-    let end = scratch.run(model, carried, name, (p, u), (t, h));
+    let end = scratch.run(model, carried, &name, (p, u), (t, h));
     let now = scratch.solver.counts();
     let (steps, rejected) = (now.steps - before.steps, now.rejected - before.rejected);
     if rejected > 0 {
@@ -144,7 +144,7 @@ impl<M: Continuous> Scratch<M, M::Input> {
         &mut self,
         model: &mut M,
         (first, next_event): (&mut f64, &mut f64),
-        name: fn(&mut M, usize, f64) -> &'static str,
+        name: &dyn Fn(&mut M, usize, f64) -> &'static str,
         (p, u): (&M::Parameters, &InputPolynomial<M::Input>),
         (t, h): (f64, f64),
     ) -> Result<StepEnd, ModelError> {
@@ -245,7 +245,7 @@ fn accumulation<M: Continuous>(indicator: Option<usize>, t: f64, within: f64) ->
 fn to_model_error<M>(
     failure: Failure<ModelError>,
     rate: &mut M,
-    name: fn(&mut M, usize, f64) -> &'static str,
+    name: &dyn Fn(&mut M, usize, f64) -> &'static str,
 ) -> ModelError {
     match failure {
         Failure::System(error) => error,

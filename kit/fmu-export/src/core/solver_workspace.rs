@@ -19,16 +19,17 @@ pub struct SolverWorkspace<M, U> {
 }
 
 impl<M, U> SolverWorkspace<M, U> {
+    /// The number of states, if it has had a step.
+    pub(super) fn states(&self) -> Option<usize> {
+        self.scratch.as_ref().map(|scratch| scratch.states.len())
+    }
+
     /// Drops the scratch memory when the number of states changes.
     pub(crate) fn invalidate(&mut self) {
         self.scratch = None;
     }
 }
 
-#[cfg_attr(
-    not(feature = "derive"),
-    expect(dead_code, reason = "only models with derives use a solver")
-)]
 pub(super) struct Scratch<M, U> {
     pub(super) solver: Solver,
     /// The model at the solver's present point.

@@ -79,6 +79,10 @@ impl<T: Vector> FieldType<T> {
     }
 }
 
+impl<T: StatePart> FieldType<T> {
+    pub const IS_MODEL: bool = T::IS_MODEL;
+}
+
 impl<E: Item> FieldType<Choice<E>> {
     pub fn choice(item: impl Into<Choice<E>>) -> Choice<E> {
         item.into()
@@ -101,6 +105,8 @@ impl<T: Rows<M, At>, M: Model, At> FieldRows<T, M, At> {
 
 /// Replaces the functions whose traits a type does not implement.
 pub trait Fallback<T>: Sized {
+    const IS_MODEL: bool = false;
+
     fn copied(_: &T) -> T {
         unreachable!()
     }

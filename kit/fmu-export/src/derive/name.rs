@@ -17,6 +17,11 @@ impl Name {
         len: 0,
     };
 
+    /// Whether it is that of a model's own struct.
+    pub const fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
     /// The name of a field in the struct with this name.
     #[must_use]
     pub const fn join(mut self, field: &str) -> Self {

@@ -1,15 +1,14 @@
 //! [`Ode`], for authors who use derives: differential equations as [`Model`] and [`Continuous`].
 
-use super::solver::{SolverName, solver};
 use super::{Input, Name, Output, Parameters, Path};
 use crate::core::sizes::{self, fit_start_values};
+use crate::core::solver::{SolverName, solver};
 use crate::core::solver_step::solve;
 use crate::core::solver_workspace::SolverWorkspace;
 use crate::{
     Continuous, Event, Info, InputPolynomial, Log, Model, ModelError, ModelExchange, StepEnd,
     Variable,
 };
-use fmu_solver::Solver;
 use serde::{Serialize, de::DeserializeOwned};
 use std::marker::PhantomData;
 
@@ -89,7 +88,10 @@ pub trait Vector: Sized {
             change, any type of variable; with `#[fmu(skip)]`, what is no variable, any type",
     note = "an enumeration is written `#[fmu(discrete)]` and `Choice<{Self}>`; the derives know types by their names, so an alias is not known"
 )]
-pub trait StatePart: Vector + Output {}
+pub trait StatePart: Vector + Output {
+    /// Whether it is the state of a model, whose start is not zero.
+    const IS_MODEL: bool = false;
+}
 
 impl Vector for f64 {
     fn len(&self) -> usize {
@@ -153,7 +155,7 @@ macro_rules! vectors {
 
 vectors! { [const N: usize] [T; N]; [] Vec<T>; }
 
-/// A model of ordinary differential equations: `x' = f(x, p, u, t)`, `y = g(x, p, u)`, x the state
+/// A model of ordinary differential equations: `x' = f(x, p, u, t)`, `y = g(x, p, u, t)`, x the state
 /// `Self`.
 ///
 /// In Co-Simulation the model is integrated by the Runge–Kutta method of order 4, in equal internal
@@ -256,6 +258,13 @@ pub trait Ode: State {
     fn outputs_into(&self, p: &Self::P, u: &Self::U, y: &mut Self::Y) {
         *y = self.outputs(p, u);
     }
+
+    /// The same at the time `t`, s. Implemented instead of [`outputs`](Self::outputs) for outputs
+    /// that depend on time.
+    #[inline]
+    fn outputs_at(&self, p: &Self::P, u: &Self::U, _t: f64, y: &mut Self::Y) {
+        self.outputs_into(p, u, y);
+    }
 }
 
 /// The FMI outputs of an [`Ode`]: its state and its outputs.
@@ -349,11 +358,24 @@ impl<S: Ode> Model for S {
         &self,
         p: &S::P,
         u: &S::U,
+        now: &(),
+        y: &mut StateAndOutputs<S>,
+    ) -> Result<(), ModelError> {
+        self.output_at(p, u, now, S::INFO.experiment.start, y)
+    }
+
+    const HAS_TIMED_OUTPUTS: bool = true;
+
+    fn output_at(
+        &self,
+        p: &S::P,
+        u: &S::U,
         _now: &(),
+        t: f64,
         y: &mut StateAndOutputs<S>,
     ) -> Result<(), ModelError> {
         y.state.clone_from(self);
-        self.outputs_into(p, u, &mut y.outputs);
+        self.outputs_at(p, u, t, &mut y.outputs);
         Ok(())
     }
 
@@ -378,24 +400,10 @@ impl<S: Ode> Model for S {
         h: f64,
     ) -> Result<StepEnd, ModelError> {
         let n = self.len();
-        solve(self, workspace, make_solver, n, state_name, (p, u), (t, h))
+        let sizes = (n, <S as Ode>::INDICATORS.len());
+        let make = |_: &S| solver::<S>(S::SOLVER, sizes, S::derivatives(), p, S::MAX_STEP);
+        solve(self, workspace, make, n, state_name, (p, u), (t, h))
     }
-}
-
-/// The solver of a model like this one. Each state is set to its number, so that its row can read
-/// the position of the state.
-fn make_solver<S: Ode>(like: &S) -> Result<Solver, ModelError> {
-    let numbers: Vec<f64> = (0..like.len()).map(|k| k as f64).collect();
-    let (mut state, outputs) = (like.clone(), S::Y::default());
-    state.write(&numbers);
-    let sizes = (numbers.len(), <S as Ode>::INDICATORS.len());
-    solver(
-        S::SOLVER,
-        sizes,
-        S::derivatives(),
-        &StateAndOutputs { state, outputs },
-        S::MAX_STEP,
-    )
 }
 
 /// The name of the state with this index, found by setting it to `value`, which is not finite.

@@ -105,3 +105,83 @@ fn a_ball_without_rest_ends_by_name() {
         );
     }
 }
+
+#[derive(Parameters)]
+struct Both {
+    left: rests::Parameters,
+    right: rests::Parameters,
+}
+
+/// Two models in one, each with its events
+#[derive(State)]
+#[fmu(parameters = Both, model_exchange, max_step = 0.01)]
+struct Pair {
+    #[fmu(start = rests::Ball::start(&p.left, &()))]
+    left: rests::Ball,
+    #[fmu(start = rests::Ball { height: 2.0, ..rests::Ball::start(&p.right, &()) })]
+    right: rests::Ball,
+}
+
+impl Ode for Pair {
+    fn derivative(&self, p: &Both, u: &(), t: f64, dx: &mut Self) {
+        self.left.derivative(&p.left, u, t, &mut dx.left);
+        self.right.derivative(&p.right, u, t, &mut dx.right);
+    }
+    const INDICATORS: &'static [Variable<Self>] =
+        indicators_of!(Pair, left: rests::Ball, right: rests::Ball);
+    fn indicators(&self, p: &Both, u: &(), t: f64, z: &mut [f64]) {
+        Ode::indicators(&self.left, &p.left, u, t, &mut z[..1]);
+        Ode::indicators(&self.right, &p.right, u, t, &mut z[1..]);
+    }
+    fn event(&mut self, p: &Both, u: &(), t: f64) -> Event {
+        let left = Ode::event(&mut self.left, &p.left, u, t);
+        left.and(Ode::event(&mut self.right, &p.right, u, t))
+    }
+}
+
+/// Oracle: each bounces as it does alone, n times until √(2 g h) · eⁿ is below 1 mm/s.
+#[test]
+fn models_within_a_model_keep_their_events() {
+    assert_eq!(check::<Pair>(), [""; 0]);
+    let xml = fmu_export::model_description3::<Pair>().unwrap();
+    for text in [
+        r#"<Float64 name="right.impact" valueReference="17" description="Height above the floor""#,
+        r#"<InitialUnknown valueReference="4"/>"#, // not of what the child calls `p`
+        r#"name="left.restitution""#,
+        r#"name="right.bounces""#,
+    ] {
+        assert!(xml.contains(text), "{text} {xml}");
+    }
+    for (h, restitution) in [(0.01, 0.5), (0.5, 0.5), (7.0, 0.8)] {
+        let (mut p, u) = Pair::defaults();
+        p.right.restitution = restitution;
+        let mut pair = Pair::initialize(&p, &u, 0.0).unwrap();
+        for k in 0..(14.0 / h) as u32 {
+            let held = InputPolynomial::held(());
+            Model::step(&mut pair, &p, &held, &(), f64::from(k) * h, h).unwrap();
+        }
+        let speed = (2.0 * 9.81 * 2.0_f64).sqrt();
+        let bounces = (1e-3 / speed).log(restitution).ceil() as i32;
+        assert_eq!((pair.left.bounces, pair.left.rests), (24, true), "{h}");
+        assert_eq!(
+            (pair.right.bounces, pair.right.rests),
+            (bounces, true),
+            "{h}"
+        );
+    }
+}
+
+#[test]
+fn events_of_parts_are_joined() {
+    let mut end = Event::NONE;
+    (end.again, end.terminate) = (true, true);
+    assert_eq!(Event::at(2.0).and(Event::at(1.0)), Event::at(1.0));
+    assert_eq!(Event::at(1.0).and(Event::at(2.0)), Event::at(1.0));
+    assert_eq!(Event::NONE.and(Event::at(3.0)), Event::at(3.0));
+    let joined = Event::at(3.0).and(end);
+    assert_eq!(
+        (joined.next, joined.again, joined.terminate),
+        (Some(3.0), true, true)
+    );
+    assert_eq!(end.and(Event::at(3.0)), joined);
+}

@@ -5,6 +5,7 @@
 mod ball;
 mod model;
 mod relay;
+mod solved;
 
 use fmu_export::ffi::{CallbackFunctions, EventInfo, Str};
 use fmu_export::{check, model_description, model_description3};
@@ -44,6 +45,7 @@ functions! {
 const W: u32 = 0;
 const X: u32 = 1;
 const TIMES: u32 = 2;
+const CLOCK: u32 = TIMES + 3 * MOST as u32;
 
 /// How an instance is driven.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -256,6 +258,11 @@ impl Fmu {
                     t += f64::EPSILON * t;
                 }
             }
+            assert_eq!(
+                self.get(CLOCK),
+                [t, 2.0 * t],
+                "outputs know the time that is set"
+            );
             if !is_crossed && t == end {
                 return next;
             }
@@ -325,6 +332,7 @@ fn run(way: Way) -> (Vec<[f64; 3]>, Vec<f64>) {
         next = fmu.update();
         seen.push(next);
     }
+    assert_eq!(fmu.get(CLOCK), [0.0; 2]);
     assert_eq!(
         fmu.events().len(),
         1,
@@ -350,6 +358,7 @@ fn run(way: Way) -> (Vec<[f64; 3]>, Vec<f64>) {
             }
         }
         seen.push(fmu.get::<1>(X)[0]);
+        assert_eq!(fmu.get(CLOCK), [end, 2.0 * end], "{way:?}");
         if has_updates {
             fmu.call(fmi2EnterEventMode, fmi3EnterEventMode);
         }

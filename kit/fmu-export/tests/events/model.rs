@@ -12,9 +12,16 @@ pub struct Input {
     w: f64,
 }
 
+#[derive(Output)]
+pub struct Output {
+    /// Time and twice the time
+    #[fmu(unit = "s", depends_on(no_states))]
+    clock: [f64; 2],
+}
+
 /// Events and when they were
 #[derive(State)]
-#[fmu(input = Input, model_exchange, max_step = 0.01)]
+#[fmu(input = Input, output = Output, model_exchange, max_step = 0.01)]
 pub struct Sampler {
     /// Grows
     #[fmu(unit = "1")]
@@ -50,6 +57,10 @@ impl Sampler {
 impl Ode for Sampler {
     fn derivative(&self, _p: &(), _u: &Input, _t: f64, dx: &mut Self) {
         dx.x = f64::from(self.counts[3] + 1);
+    }
+
+    fn outputs_at(&self, _p: &(), _u: &Input, t: f64, y: &mut Output) {
+        y.clock = [t, 2.0 * t];
     }
 
     const INDICATORS: &'static [Variable<Self>] =
