@@ -69,6 +69,7 @@ mod names;
 mod rows;
 mod state;
 mod structs;
+mod stub;
 mod units;
 mod values;
 
@@ -79,40 +80,52 @@ use syn::{DeriveInput, Error, parse_macro_input};
 /// A struct of parameters. The attributes are described in the documentation of the crate.
 #[proc_macro_derive(Parameters, attributes(fmu))]
 pub fn parameters(input: TokenStream) -> TokenStream {
-    derive(input, |input| structs::derive(input, Role::Parameter))
+    of_struct(input, Role::Parameter)
 }
 
 /// A struct of inputs. The attributes are described in the documentation of the crate.
 #[proc_macro_derive(Input, attributes(fmu))]
 pub fn input(input: TokenStream) -> TokenStream {
-    derive(input, |input| structs::derive(input, Role::Input))
+    of_struct(input, Role::Input)
 }
 
 /// A struct of outputs. The attributes are described in the documentation of the crate.
 #[proc_macro_derive(Output, attributes(fmu))]
 pub fn output(input: TokenStream) -> TokenStream {
-    derive(input, |input| structs::derive(input, Role::Output))
+    of_struct(input, Role::Output)
 }
 
 /// A struct of states; of a whole model with `#[fmu(parameters = …)]`. The attributes are described
 /// in the documentation of the crate.
 #[proc_macro_derive(State, attributes(fmu))]
 pub fn state(input: TokenStream) -> TokenStream {
-    derive(input, |input| structs::derive(input, Role::State))
+    of_struct(input, Role::State)
 }
 
 /// An enumeration that can be the type of a variable, as `Choice<E>`.
 #[proc_macro_derive(Enumeration, attributes(fmu))]
 pub fn enumeration(input: TokenStream) -> TokenStream {
-    derive(input, enumeration::derive)
+    derive(input, enumeration::derive, stub::of_enumeration)
 }
 
+fn of_struct(input: TokenStream, role: Role) -> TokenStream {
+    derive(
+        input,
+        |input| structs::derive(input, role),
+        |input| stub::of_struct(input, role),
+    )
+}
+
+/// Generates the code of a derive, or its errors and a stub.
 fn derive(
     input: TokenStream,
     expand: impl FnOnce(&DeriveInput) -> Result<proc_macro2::TokenStream, Error>,
+    stub: impl FnOnce(&DeriveInput) -> proc_macro2::TokenStream,
 ) -> TokenStream {
     let input = parse_macro_input!(input as DeriveInput);
-    expand(&input)
-        .unwrap_or_else(Error::into_compile_error)
-        .into()
+    let expanded = expand(&input).unwrap_or_else(|error| {
+        let (errors, stub) = (error.into_compile_error(), stub(&input));
+        quote::quote!(#errors #stub)
+    });
+    expanded.into()
 }

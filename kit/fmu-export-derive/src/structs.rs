@@ -216,17 +216,26 @@ fn serde(ident: &Ident, fields: &[Field]) -> TokenStream {
             _ => quote!(#member),
         }
     });
+    let read = quote! {{
+        let (#(#read,)*) = __fmu::serde::Deserialize::deserialize(from)?;
+        ::core::result::Result::Ok(Self { #(#members),* })
+    }};
+    let written = quote!(__fmu::serde::Serialize::serialize(&(#(#written,)*), to));
+    serde_impls(ident, &written, &read)
+}
+
+/// Serde's traits with these bodies: `written` to `to`, and `read` from `from`.
+pub(crate) fn serde_impls(ident: &Ident, written: &TokenStream, read: &TokenStream) -> TokenStream {
     quote! {
         impl __fmu::serde::Serialize for #ident {
             fn serialize<S: __fmu::serde::Serializer>(&self, to: S) -> ::core::result::Result<S::Ok, S::Error> {
-                __fmu::serde::Serialize::serialize(&(#(#written,)*), to)
+                #written
             }
         }
 
         impl<'de> __fmu::serde::Deserialize<'de> for #ident {
             fn deserialize<D: __fmu::serde::Deserializer<'de>>(from: D) -> ::core::result::Result<Self, D::Error> {
-                let (#(#read,)*) = __fmu::serde::Deserialize::deserialize(from)?;
-                ::core::result::Result::Ok(Self { #(#members),* })
+                #read
             }
         }
     }
