@@ -9,7 +9,7 @@ use fmi_description::Version;
 
 use crate::library::UnsupportedType;
 use crate::notices::Notices;
-use crate::target::{Target, Tools};
+use crate::target::{self, Target, Tools};
 use crate::workspace::{Package, Source, Workspace};
 use crate::{library, licences};
 use fmi_description::{Entries, entries};
@@ -72,6 +72,16 @@ impl Platforms {
             wasm: names.iter().any(|name| name == WASM),
         })
     }
+
+    /// Refuses platforms for which this machine lacks tools, all of them before anything is built.
+    fn check_tools(&self) -> Result<()> {
+        let wasm = self.wasm.then_some(&target::WASM);
+        let all = self.targets.iter().copied().chain(wasm);
+        let faults = all.filter_map(|target| target.fault(&self.tools));
+        let faults = Vec::from_iter(faults);
+        ensure!(faults.is_empty(), "{}", faults.join("\n"));
+        Ok(())
+    }
 }
 
 /// Folder for FMUs of FMI 3.0, in that of the FMUs of FMI 2.0.
@@ -97,12 +107,25 @@ pub fn fmus(
         "FMI 2.0 has no folder for {}; name another platform, too",
         targets[0].platform.folder
     );
+    platforms.check_tools()?;
+    check_sizes(&workspace.sizes)?;
+    // The library that this machine can load comes first: it knows whether the sizes are allowed.
+    let mut targets = targets.clone();
+    targets.sort_by_key(|t| platform::host().map_or(true, |host| t.platform != host));
     let is_host = |t: &&&Target| platform::host().is_ok_and(|host| t.platform == host);
     // For each source one library for each platform; and those that this machine can load to get
     // the other files.
     let mut libraries = vec![Vec::new(); sources.len()];
     let mut loaded = None;
-    for target in targets {
+    if !targets.first().is_some_and(|t| is_host(&t)) {
+        loaded = Some(workspace.build(sources, profile)?);
+    }
+    for target in &targets {
+        if let (Some(built), false) = (&loaded, workspace.sizes.is_empty()) {
+            for (library, _) in built {
+                library::exported_files(library, Version::Fmi3)?;
+            }
+        }
         let build = target.build(workspace, tools)?;
         let built = workspace.build_with(build, sources, profile)?;
         for (libraries, (library, _)) in libraries.iter_mut().zip(&built) {
@@ -110,10 +133,7 @@ pub fn fmus(
         }
         loaded = loaded.or(is_host(&target).then_some(built));
     }
-    let built = match loaded {
-        Some(built) => built,
-        None => workspace.build(sources, profile)?,
-    };
+    let built = loaded.unwrap_or_default();
     if targets.is_empty() {
         for (libraries, (library, _)) in libraries.iter_mut().zip(&built) {
             libraries.push(read(library)?);
@@ -138,6 +158,32 @@ pub fn fmus(
             })
         });
     packed.collect()
+}
+
+/// Refuses sizes that are no NAME=NUMBER; whether the model has them, its library knows.
+fn check_sizes(sizes: &[String]) -> Result<()> {
+    for size in sizes {
+        let parts = size.split_once('=');
+        let is_size = |(name, number): (&str, &str)| {
+            let is_name = !name.is_empty() && !name.contains(char::is_whitespace);
+            is_name && number.parse::<i32>().is_ok_and(|n| n > 0)
+        };
+        ensure!(
+            parts.is_some_and(is_size),
+            "--size {size}: it must be the name of a structural parameter and a whole number of at least 1, such as n=200"
+        );
+    }
+    let names: Vec<_> = sizes
+        .iter()
+        .filter_map(|size| Some(size.split_once('=')?.0))
+        .collect();
+    let twice = (1..names.len()).find(|k| names[..*k].contains(&names[*k]));
+    ensure!(
+        twice.is_none(),
+        "--size {}: is given twice",
+        names[twice.unwrap_or(0)]
+    );
+    Ok(())
 }
 
 /// The FMUs of FMI 3.0 that were packed with these of FMI 2.0, in the same order.
@@ -288,7 +334,8 @@ fn files_by_convention(folder: &Path) -> Result<Entries> {
 
 #[cfg(test)]
 mod tests {
-    use super::{about, described, files_by_convention, profile};
+    use super::{Platforms, about, check_sizes, described, files_by_convention, profile};
+    use crate::target::TARGETS;
     use std::fs;
 
     #[test]
@@ -307,6 +354,57 @@ mod tests {
         let found = files_by_convention(folder.path()).unwrap();
         assert_eq!(found.keys().collect::<Vec<_>>(), wanted);
         assert_eq!(found["model.png"], b"model.png");
+    }
+
+    #[test]
+    fn sizes_are_refused_before_anything_is_built() {
+        let check =
+            |sizes: &[&str]| check_sizes(&Vec::from_iter(sizes.iter().map(ToString::to_string)));
+        check(&["n=200", "motor.m=3"]).unwrap();
+        for wrong in [
+            "n",
+            "n=",
+            "n=0",
+            "n=-3",
+            "n=2.5",
+            "=3",
+            "n=x",
+            "n m=3",
+            "n=99999999999",
+        ] {
+            let error = check(&[wrong]).unwrap_err().to_string();
+            assert!(
+                error.starts_with(&format!("--size {wrong}: it must be")),
+                "{error}"
+            );
+        }
+        let error = check(&["n=2", "m=1", "n=3"]).unwrap_err().to_string();
+        assert_eq!(error, "--size n: is given twice");
+    }
+
+    /// A line for each platform that lacks some, in their order.
+    #[test]
+    fn all_missing_tools_are_named_at_once() {
+        let platforms = Platforms {
+            targets: TARGETS.iter().collect(),
+            ..Platforms::default()
+        };
+        let lacking = platforms
+            .targets
+            .iter()
+            .filter(|t| !t.missing(&platforms.tools).is_empty());
+        let lacking = Vec::from_iter(lacking.map(|t| t.platform.folder));
+        match platforms.check_tools() {
+            Ok(()) => assert!(lacking.is_empty()),
+            Err(error) => {
+                let text = error.to_string();
+                let lines: Vec<_> = text
+                    .lines()
+                    .map(|line| line.split(' ').next().unwrap())
+                    .collect();
+                assert_eq!(lines, lacking, "{text}");
+            }
+        }
     }
 
     #[test]

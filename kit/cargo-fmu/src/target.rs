@@ -112,6 +112,19 @@ impl Target {
         missing
     }
 
+    /// What is missing, in a sentence.
+    pub fn fault(&self, tools: &Tools) -> Option<String> {
+        let missing = self.missing(tools);
+        let folder = self.platform.folder;
+        let text = || {
+            format!(
+                "{folder} cannot be built here; missing: {}",
+                missing.join("; ")
+            )
+        };
+        (!missing.is_empty()).then(text)
+    }
+
     /// Why a library or program that was built for it would not run on every machine of the
     /// platform, or what it reveals of the machine that built it.
     pub fn faults(&self, binary: &[u8], workspace: &Workspace) -> Result<Vec<String>> {
@@ -145,13 +158,8 @@ impl Target {
 
     /// `cargo build` for this platform.
     pub fn build(&self, workspace: &Workspace, tools: &Tools) -> Result<Command> {
-        let missing = self.missing(tools);
-        if !missing.is_empty() {
-            bail!(
-                "{} cannot be built here; missing: {}",
-                self.platform.folder,
-                missing.join("; ")
-            );
+        if let Some(fault) = self.fault(tools) {
+            bail!(fault);
         }
         let mut flags = flags()?;
         for (from, to) in private_paths(workspace)?.into_iter().rev() {

@@ -38,7 +38,7 @@ impl Page<'_> {
         output_file::note_read(model)?;
         let entries = entries::read(model)?;
         let entries = match model.extension().is_some_and(|suffix| suffix == "ssp") {
-            true => system(entries),
+            true => system(entries, &model.with_file_name(pack::FMI3_FOLDER)),
             false => fmu(entries),
         };
         // The browser inflates the whole archive faster than the page's master each file.
@@ -186,14 +186,39 @@ fn fmu(mut entries: Entries) -> Result<Entries> {
     Ok(entries)
 }
 
-/// The files of a packed system for a page.
-fn system(entries: Entries) -> Result<Entries> {
+/// The files of a packed system for a page. An FMU of FMI 2.0 has no WebAssembly: the one of FMI 3.0
+/// with its file name in the folder `fmi3`, where `cargo fmu pack` puts it, is taken in its place.
+fn system(entries: Entries, fmi3: &Path) -> Result<Entries> {
     let for_page = |(name, bytes): (String, Vec<u8>)| {
         if !name.ends_with(".fmu") {
             return Ok((name, bytes));
         }
-        let entries = entries::read_bytes(bytes).map_err(anyhow::Error::from);
-        let entries = entries.and_then(fmu).with_context(|| name.clone())?;
+        let mut entries = entries::read_bytes(bytes).with_context(|| name.clone())?;
+        let file = Path::new(&name).file_name().unwrap_or_default();
+        let other = fmi3.join(file);
+        let description = library::description(&entries).with_context(|| name.clone())?;
+        if description.fmi == Version::Fmi2 {
+            ensure!(
+                other.is_file(),
+                "{name} in it is of FMI 2.0, for which there is no WebAssembly, and there is no {}: put the FMU of FMI 3.0 with \
+                 WebAssembly there, or into the package; for a model in Rust with fmu-export, `cargo fmu pack --target wasm` makes it",
+                other.display()
+            );
+            let replaced = entries::read(&other).with_context(|| other.display().to_string())?;
+            let model = library::description(&replaced)?.model;
+            ensure!(
+                model == description.model,
+                "{name} in it is the model `{}` of FMI 2.0, but {} is `{model}`",
+                description.model,
+                other.display()
+            );
+            eprintln!(
+                "takes {} in the place of {name}, which is of FMI 2.0",
+                other.display()
+            );
+            entries = replaced;
+        }
+        let entries = fmu(entries).with_context(|| name.clone())?;
         let bytes = entries::stored(&entries)?;
         Ok((name, bytes))
     };
@@ -209,10 +234,75 @@ fn built_engine(profile: &str) -> Result<PathBuf> {
         source.display(),
         env!("CARGO_PKG_VERSION")
     );
+    eprintln!(
+        "compiling the page's engine for WebAssembly, which takes minutes the first time (--profile release: fewer)"
+    );
     let workspace = Workspace::containing(&source)?;
     let build = target::WASM.build(&workspace, &Tools::default())?;
     let sources = [Source::Package("cosim-page".to_string())];
     let profile = pack::profile(profile);
     let mut built = workspace.build_with(build, &sources, &profile)?;
     Ok(built.remove(0).0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A module that exports an empty function fmi3DoStep.
+    const MODULE: &[u8] = b"\0asm\x01\0\0\0\x01\x04\x01\x60\0\0\x03\x02\x01\0\x07\x0e\x01\x0afmi3DoStep\0\0\x0a\x04\x01\x02\0\x0b";
+
+    fn archive(version: &str, model: &str, hash: &str) -> Vec<u8> {
+        let kind = match version {
+            "2.0" => "ModelVariables/><ModelStructure",
+            _ => {
+                "ModelVariables><Float64 name=\"time\" valueReference=\"0\" causality=\"independent\"/></ModelVariables><ModelStructure"
+            }
+        };
+        let xml = format!(
+            "<fmiModelDescription fmiVersion=\"{version}\" modelName=\"{model}\" {hash}=\"x\"><CoSimulation modelIdentifier=\"{model}\"/><{kind}/></fmiModelDescription>"
+        );
+        let mut files = Entries::from([("modelDescription.xml".to_string(), xml.into_bytes())]);
+        if version == "3.0" {
+            let module = format!("binaries/wasm32-unknown-unknown/{model}.wasm");
+            files.insert(module, MODULE.to_vec());
+        }
+        entries::stored(&files).unwrap()
+    }
+
+    #[test]
+    fn a_package_of_fmi_2_takes_the_fmus_of_fmi_3_next_to_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let fmi3 = folder.path().join("fmi3");
+        let package = || {
+            let files = [
+                ("SystemStructure.ssd", b"x".to_vec()),
+                ("resources/Lag.fmu", archive("2.0", "Lag", "guid")),
+            ];
+            Entries::from(files.map(|(name, bytes)| (name.to_string(), bytes)))
+        };
+        let refused = system(package(), &fmi3).unwrap_err().to_string();
+        assert!(
+            refused.starts_with("resources/Lag.fmu in it is of FMI 2.0")
+                && refused.contains("--target wasm"),
+            "{refused}"
+        );
+        fs::create_dir(&fmi3).unwrap();
+        fs::write(
+            fmi3.join("Lag.fmu"),
+            archive("3.0", "Other", "instantiationToken"),
+        )
+        .unwrap();
+        let refused = system(package(), &fmi3).unwrap_err().to_string();
+        assert!(refused.ends_with("is `Other`"), "{refused}");
+        fs::write(
+            fmi3.join("Lag.fmu"),
+            archive("3.0", "Lag", "instantiationToken"),
+        )
+        .unwrap();
+        let mut taken = system(package(), &fmi3).unwrap();
+        assert_eq!(taken["SystemStructure.ssd"], b"x");
+        let inside = entries::read_bytes(taken.remove("resources/Lag.fmu").unwrap()).unwrap();
+        assert_eq!(inside["binaries/wasm32-unknown-unknown/Lag.wasm"], MODULE);
+    }
 }
