@@ -157,3 +157,23 @@ fn path_text(expr: &Expr) -> Option<String> {
         _ => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::KEYS;
+
+    #[test]
+    fn the_readme_of_the_kit_lists_all_keys() {
+        let readme = include_str!("../../README.md");
+        let keys = KEYS.split(|c: char| c != '_' && !c.is_alphanumeric());
+        for key in keys.filter(|key| !["", "or"].contains(key)) {
+            assert!(readme.contains(&format!("`{key}`")), "{key}");
+        }
+        for key in crate::state::KEYS
+            .split(", ")
+            .flat_map(|keys| keys.split(" or "))
+        {
+            assert!(readme.contains(&format!("`{key}`")), "{key}");
+        }
+    }
+}

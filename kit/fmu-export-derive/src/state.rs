@@ -10,7 +10,7 @@ use quote::quote;
 use syn::punctuated::Punctuated;
 use syn::{DeriveInput, Error, Expr, Ident, LitStr, Result, Token, Type};
 
-const KEYS: &str = "parameters, input, output, max_step, solver, tolerance, model_exchange, experiment, info or table_only";
+pub(crate) const KEYS: &str = "parameters, input, output, max_step, solver, tolerance, model_exchange, experiment, info or table_only";
 
 /// The attributes of the struct.
 #[derive(Default)]
