@@ -101,6 +101,19 @@ def test_a_run_follows_the_closed_form(page):
     assert "i=80" in page.execute_script("return location.hash")
 
 
+def test_temperatures_are_shown_in_their_display_unit(page):
+    """The model computes with kelvin and says `displayUnit="degC"`: t/°C = T/K − 273.15. Saved values stay in kelvin."""
+    assert field(page, "T_ambient, degC").get_attribute("value") == "25"
+    assert float(field(page, "T_ambient, degC").get_attribute("min")) == -272.15
+    put(page, "T_ambient, degC", 40)
+    assert "T_ambient=313.15" in page.execute_script("return location.hash")
+    put(page, "i", 0)
+    found = run_to(page, 60)
+    assert 298.15 < found["T"][-1] < 313.15
+    assert any(scope.text.startswith("T, degC") for scope in page.find_elements(By.CSS_SELECTOR, ".scope h3"))
+    put(page, "T_ambient, degC", 25)
+
+
 def test_inputs_follow_signals_and_files(page):
     """A step of the current, and one from a CSV file: the charge that has left is the integral of the current."""
     put(page, "i", 0)

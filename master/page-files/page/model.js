@@ -4,7 +4,7 @@ import { Page, element, html, scripted, tickBox } from "./page.js";
 import { archive, download, part, textOf, unpacked } from "./parts.js";
 import { Recorder, cells } from "./records.js";
 import { Scope } from "./scopes.js";
-import { addressOf, elements, settingsOf } from "./variables.js";
+import { addressOf, displayOf, elements, settingsOf } from "./variables.js";
 
 const WASM = /^binaries\/wasm32[^/]*\/.*\.wasm$/;
 /* Plots that are shown at first. */
@@ -120,12 +120,24 @@ class ModelPage extends Page {
     // A name without its component, where there is one component.
     const lone = new Set(this.variables.map((variable) => variable.name.split(".")[0])).size === 1;
     this.variables.forEach((variable) => (variable.short = lone ? variable.name.slice(variable.name.indexOf(".") + 1) : variable.name));
+    await this.displays();
     // An input that a connection drives is refused.
     const isFree = ({ name }) => engine.get(name).then((value) => engine.set(name, value)).then(() => true, () => false);
     this.free = new Set();
     for (const input of this.of("input")) if (await isFree(input)) this.free.add(input);
     this.fields();
     this.table();
+  }
+
+  /* Says of each variable how its values are shown. */
+  async displays() {
+    const descriptions = new Map();
+    for (const { name, source } of this.engine.about.components) {
+      const fmu = this.fmus.get(source.split("/").at(-1)) ?? [...this.fmus.values()][0];
+      descriptions.set(name, new DOMParser().parseFromString(await textOf(fmu, "modelDescription.xml"), "text/xml"));
+    }
+    for (const variable of this.variables) variable.display = displayOf(variable, descriptions.get(variable.name.split(".")[0]) ?? new Document());
+    this.shown = new Map(this.variables.map(({ name, display }) => [name, display]));
   }
 
   /* Starts anew with other sizes of arrays, whose variables are others; other values are dropped. */
@@ -161,8 +173,10 @@ class ModelPage extends Page {
   }
 
   /* A row for an input or a parameter: a slider too where it has bounds, and for an input what it does over time. */
-  field({ name, short, unit, description, type, items, causality, min, max, ...variable }) {
-    const start = this.values[name] ?? variable.start ?? 0;
+  field({ name, short, description, type, items, causality, display, ...variable }) {
+    const { unit, from, to } = display;
+    const isNumeric = !items?.length && type !== "Boolean" && type !== "String";
+    const [start, min, max] = [this.values[name] ?? variable.start ?? 0, variable.min, variable.max].map((value) => (isNumeric && value !== null ? from(Number(value ?? NaN)) : value));
     const text = `${short}${unit && unit !== "1" ? `, ${unit}` : ""}`;
     const row = html`<div class="row"><label title="${description}"><span>${text}</span></label></div>`;
     const field = items?.length ? html`<select></select>` : html`<input type="${{ Boolean: "checkbox", String: "text" }[type] ?? "number"}" step="any" value="${start}">`;
@@ -173,7 +187,7 @@ class ModelPage extends Page {
     if (isNumber) Object.assign(field, { min: min ?? "", max: max ?? "" });
     const changed = () => {
       if (!field.reportValidity()) return;
-      this.values[name] = field.type === "checkbox" ? field.checked : isNumber ? Number(field.value) : field.value;
+      this.values[name] = field.type === "checkbox" ? field.checked : isNumber ? to(Number(field.value)) : field.value;
       history.replaceState(null, "", addressOf(this.values));
       if (causality === "structuralParameter") this.resize().catch((error) => this.say(error.message));
     };
@@ -189,12 +203,12 @@ class ModelPage extends Page {
       row.append(slider);
     }
     if (isNumber && bounds(min, max)) row.append(html`<small>${bounds(min, max)}</small>`);
-    if (isNumber && causality === "input") row.append(this.signal(name, short, field));
+    if (isNumber && causality === "input") row.append(this.signal(name, short, field, to));
     return row;
   }
 
-  /* What an input does over time. */
-  signal(name, short, rest) {
+  /* What an input does over time; `to` converts what is shown to its unit, in which files are. */
+  signal(name, short, rest, to) {
     const box = html`<span class="signal"><select aria-label="${short} over time"></select><label><span></span><input type="number" step="any" value="1"></label><label><span></span><input type="number" step="any" value="1"></label></span>`;
     const [select, ...labels] = box.children;
     Object.keys(SIGNALS).forEach((kind) => select.add(new Option(kind)));
@@ -204,7 +218,10 @@ class ModelPage extends Page {
     });
     select.addEventListener("change", show);
     show();
-    const at = (t) => SIGNALS[select.value].at(t, labels.map((label) => Number(label.lastChild.value)), Number(rest.value), this.columns.get(name) ?? this.columns.get(short));
+    const at = (t) => {
+      const value = SIGNALS[select.value].at(t, labels.map((label) => Number(label.lastChild.value)), Number(rest.value), this.columns.get(name) ?? this.columns.get(short));
+      return select.value === "file" ? value : to(value);
+    };
     this.signals.set(name, { select, short, at });
     return box;
   }
@@ -270,15 +287,16 @@ class ModelPage extends Page {
   draw(run, rows) {
     const stride = 1 + run.names.length;
     for (const [name, scope] of this.scopes) {
+      const { from } = this.shown.get(name);
       const [column, trace] = [1 + run.names.indexOf(name), scope.traces[this.runs.indexOf(run)]];
-      for (let at = 0; trace && at + stride <= rows.length; at += stride) trace.push(rows[at], rows[at + column]);
+      for (let at = 0; trace && at + stride <= rows.length; at += stride) trace.push(rows[at], from(rows[at + column]));
     }
   }
 
   /* All plots anew, with all runs. */
   plots() {
     this.scopes.forEach((scope) => scope.remove());
-    this.scopes = new Map(this.curves.filter(({ name }) => this.plotted.has(name)).map(({ name, short, unit }) => {
+    this.scopes = new Map(this.curves.filter(({ name }) => this.plotted.has(name)).map(({ name, short, display: { unit } }) => {
       const scope = new Scope(element("scopes"), { title: short, unit: unit === "1" ? "" : unit, length: Number(element("stop").value), scrolls: false });
       this.runs.forEach((run) => scope.add(this.runs.length > 1 ? `run ${run.number}` : "", run.number - 1));
       return [name, scope];

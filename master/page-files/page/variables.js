@@ -12,6 +12,21 @@ export function elements(variables) {
   });
 }
 
+/* How values are shown: in the variable's display unit, as the model description defines it, else in its unit. */
+export function displayOf({ unit, displayUnit }, description) {
+  const named = (all, name) => [...all].find((one) => one.getAttribute("name") === name);
+  const defined = displayUnit && displayUnit !== unit ? named(description.getElementsByTagName("Unit"), unit) : undefined;
+  const found = defined && named(defined.getElementsByTagName("DisplayUnit"), displayUnit);
+  const shown = found?.getAttribute("inverse") === "true" ? undefined : found;
+  const [factor, offset] = [["factor", 1], ["offset", 0]].map(([name, usual]) => Number(shown?.getAttribute(name) ?? usual));
+  return {
+    unit: (shown ? displayUnit : unit) ?? "",
+    // As many digits as are left after the conversion.
+    from: (value) => (shown && Number.isFinite(value) ? Number((factor * value + offset).toPrecision(13)) : value),
+    to: (value) => (shown ? (value - offset) / factor : value),
+  };
+}
+
 /* Whether the engine takes a value of this variable between two steps. */
 export const takesEffectAtOnce = ({ causality, variability }) => causality === "input" || (causality === "parameter" && variability === "tunable");
 

@@ -158,6 +158,35 @@ fn bytes_say_what_and_how_many_they_are() {
     assert!(!xml.contains(" max="), "{xml}");
 }
 
+#[derive(Input)]
+struct Level {
+    /// Level that is wanted
+    #[fmu(unit = "m")]
+    level: f64,
+}
+
+/// A filter whose input is named like its state
+#[derive(State)]
+#[fmu(input = Level)]
+struct Filter {
+    /// Level
+    #[fmu(unit = "m", alias("h"))]
+    level: f64,
+}
+
+impl Ode for Filter {
+    fn derivative(&self, _p: &(), u: &Level, _t: f64, dx: &mut Self) {
+        dx.level = u.level - self.level;
+    }
+}
+
+#[test]
+fn an_input_named_like_a_state_is_told() {
+    let text = model_description::<Filter>().unwrap_err();
+    let expected = "variable `level`: is the name of a Real input and of a Real output; each variable has a name of its own";
+    assert!(text.starts_with(expected), "{text}");
+}
+
 /// Every unit and symbol of the page is one, and every known unit and display unit is on it.
 #[test]
 fn the_page_lists_the_units() {
