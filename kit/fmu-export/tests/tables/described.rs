@@ -159,6 +159,35 @@ fn bytes_say_what_and_how_many_they_are() {
 }
 
 #[derive(Input)]
+struct Long {
+    /// Too many bytes
+    #[fmu(max_size = 2, start = &[1, 2, 3])]
+    bytes: Binary,
+}
+
+/// Bytes
+#[derive(State)]
+#[fmu(input = Long)]
+struct Tape {
+    /// Time
+    #[fmu(unit = "s")]
+    t: f64,
+}
+
+impl Ode for Tape {
+    fn derivative(&self, _p: &(), _u: &Long, _t: f64, dx: &mut Self) {
+        dx.t = 1.0;
+    }
+}
+
+#[test]
+fn too_many_bytes_are_refused() {
+    let text = model_description3::<Tape>().unwrap_err();
+    let expected = "variable `bytes`: start value 010203 must be at most 2 bytes long";
+    assert_eq!(text, expected);
+}
+
+#[derive(Input)]
 struct Level {
     /// Level that is wanted
     #[fmu(unit = "m")]
