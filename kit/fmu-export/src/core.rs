@@ -8,6 +8,7 @@
 pub(crate) mod binary;
 pub(crate) mod block_access;
 pub(crate) mod causality;
+pub(crate) mod clock;
 pub(crate) mod configuration;
 pub(crate) mod continuous;
 pub(crate) mod counted_input;
@@ -52,4 +53,5 @@ pub(crate) mod step;
 pub(crate) mod step_end;
 pub(crate) mod storage;
 pub(crate) mod table_macros;
+pub(crate) mod ticks;
 pub(crate) mod value;

@@ -120,6 +120,7 @@ mod wasm;
 pub use check::check;
 pub use core::binary::Binary;
 pub use core::causality::{ALL_PARAMETERS, NO_STATES};
+pub use core::clock::{Clock, OnTick, Tick};
 pub use core::continuous::Continuous;
 pub use core::counted_input::{CountedInput, ExtrapolatedInput};
 pub use core::enumeration::{Enumeration, Items};
@@ -161,8 +162,8 @@ pub use {
 #[cfg(feature = "derive")]
 pub mod prelude {
     pub use crate::{
-        Binary, Choice, Enumeration, Event, Info, Input, InputPolynomial, Log, Model, ModelError,
-        Ode, Output, Parameters, State, StepEnd, Unit, Variable, derived, export_fmu,
+        Binary, Choice, Clock, Enumeration, Event, Info, Input, InputPolynomial, Log, Model, ModelError,
+        Ode, Output, Parameters, State, StepEnd, Tick, Unit, Variable, derived, export_fmu,
     };
     pub use serde::{Deserialize, Serialize};
 }

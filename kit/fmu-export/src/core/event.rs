@@ -32,7 +32,7 @@ impl Event {
 }
 
 /// Most iterations of one event.
-const MOST_ITERATIONS: u32 = 10_000;
+pub(super) const MOST_ITERATIONS: u32 = 10_000;
 
 /// Lets the model handle an event at `t`, s, until no further iteration is needed.
 pub(crate) fn handle(

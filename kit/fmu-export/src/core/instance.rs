@@ -51,6 +51,10 @@ pub(crate) struct Instance<M: Model> {
     pub(crate) log_filter: LogFilter,
     /// The importer was warned that input derivatives of a high order are ignored.
     pub(crate) has_warned_of_order: bool,
+    /// The importer ticks no clocks: time events take their place.
+    pub(crate) ticks_itself: bool,
+    /// The state before a step with ticks.
+    pub(crate) step_backup: Option<Box<State<M>>>,
 }
 
 impl<M: Model> Instance<M> {
@@ -83,6 +87,8 @@ impl<M: Model> Instance<M> {
             messages: Vec::new(),
             log_filter: LogFilter::default(),
             has_warned_of_order: false,
+            ticks_itself: false,
+            step_backup: None,
         }
     }
 
@@ -131,6 +137,13 @@ impl<M: Model> Instance<M> {
         self.model()?;
         if M::EVENTS.is_some() && !has_event_mode {
             self.first_event()?;
+        }
+        if !M::CLOCKS.is_empty() {
+            self.start_ticks()?;
+            self.state.phase = Phase::Stepping;
+            if self.ticks_itself && !has_event_mode {
+                self.tick_due()?;
+            }
         }
         self.state.phase = Phase::Stepping;
         self.report(Kind::Event, "initialized");
@@ -200,6 +213,12 @@ impl<M: Model> Instance<M> {
         if is_initializing {
             self.state.model = None;
         }
+        if !M::CLOCKS.is_empty()
+            && let Some(ticks) = &mut self.state.ticks
+        {
+            ticks.mark();
+            self.evaluation = None;
+        }
     }
 
     /// Initializes the model if that is not done yet: in Initialization Mode, when first needed.
@@ -210,6 +229,9 @@ impl<M: Model> Instance<M> {
             collect_messages(&mut self.messages, &mut new);
             state.model = Some(new);
             self.evaluation = None;
+        }
+        if !M::CLOCKS.is_empty() {
+            self.run_ticks()?;
         }
         Ok(())
     }

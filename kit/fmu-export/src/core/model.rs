@@ -1,6 +1,7 @@
 //! [`Model`], the trait that a model implements, and [`Variable`], a row of its table of variables.
 
 use super::causality::{Causality, Dependencies};
+use super::clock::Clock;
 use super::enumeration::Enumeration;
 use super::error::ModelError;
 use super::event::Event;
@@ -54,6 +55,14 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     /// initialization, within steps, and in Event Mode of FMI 3.0. None: its own `step` handles them.
     #[doc(hidden)]
     const EVENTS: Option<ModelExchange<Self>> = None;
+
+    /// The clocks of the model, whose value references follow all others. An importer of FMI 3.0 ticks
+    /// them; in FMI 2.0, and for importers without Event Mode, the crate does.
+    const CLOCKS: &'static [Clock<Self>] = &[];
+
+    /// Whether the FMU offers Scheduled Execution, in which the importer computes each clock's part of
+    /// the model by itself; only for a model that has clocks and no continuous states.
+    const SCHEDULED_EXECUTION: bool = false;
 
     /// The table of variables, from which value references, getters and setters, and
     /// `modelDescription.xml` are made.
@@ -204,6 +213,10 @@ pub struct Variable<M: Model> {
     pub(crate) structural: bool,
     pub(crate) tunable: bool,
     pub(crate) discrete: bool,
+    /// The clocks that it belongs to.
+    pub(crate) clocks: &'static [&'static str],
+    /// The variable with its value at the tick before.
+    pub(crate) previous: Option<&'static str>,
     /// Not read by the model's [`Evaluation`](crate::Evaluation).
     pub(crate) not_in_evaluation: bool,
     /// String setters read this parameter.

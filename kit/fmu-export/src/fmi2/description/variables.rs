@@ -10,7 +10,9 @@ use crate::core::storage::TypeNames;
 
 pub(super) fn model_variables<M: Model>(layout: &Layout<M>, (p, u): &StartValues<M>) -> Element {
     let y = sizes::output::<M>(p);
-    Element::new("ModelVariables").holding(layout.numbered().map(|(number, (i, row))| {
+    // Clocks are time events.
+    let elements = (layout.numbered()).filter(|(_, (_, row))| !row.storage.is_clock());
+    Element::new("ModelVariables").holding(elements.map(|(number, (i, row))| {
         // A size was chosen when the FMU was packed, and is a constant.
         let causality = if row.structural {
             Causality::Constant

@@ -1,0 +1,562 @@
+//! The clocks of an instance, for `fmi3`, and for `fmi2`, where the instance ticks them itself: which
+//! are active, their intervals, and what they compute.
+//!
+//! The importer activates clocks in Event Mode; what they compute is computed when it is read, with
+//! the inputs that are set then, and kept when the discrete states are updated.
+
+use super::clock::{Clock, Tick, Timing};
+use super::event::MOST_ITERATIONS;
+use super::fault::{Fault, refuse};
+use super::instance::{Instance, collect_log, collect_messages, set_log_filter};
+use super::model_exchange::EventOutcome;
+use super::phase::Phase;
+use super::step::CompletedStep;
+use crate::{Event, Model, ModelError};
+use serde::{Deserialize, Serialize};
+
+/// The clocks of an instance.
+#[derive(Clone, Serialize, Deserialize)]
+#[serde(bound = "")]
+pub(crate) struct Ticks<M: Model> {
+    /// By [`Model::CLOCKS`].
+    pub(crate) each: Vec<ClockState>,
+    /// The model before the ticks of the present event.
+    before: Option<M>,
+    /// What active clocks compute has not been computed since something was set.
+    is_pending: bool,
+}
+
+/// The state of a clock.
+#[derive(Clone, Copy, Serialize, Deserialize)]
+pub(crate) struct ClockState {
+    is_active: bool,
+    qualifier: Qualifier,
+    /// s; NaN if not known.
+    interval: f64,
+    /// Time of the last tick, s; NaN before the first.
+    last: f64,
+    /// The time from which a periodic clock counts its ticks, s, and their number.
+    origin: f64,
+    count: u32,
+    /// Time of the next tick, s.
+    next: f64,
+}
+
+/// `fmi3IntervalQualifier`.
+#[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub(crate) enum Qualifier {
+    Unknown = 0,
+    Unchanged = 1,
+    Changed = 2,
+}
+
+impl<M: Model> Ticks<M> {
+    /// Before the initialization; None for a model without clocks.
+    pub(crate) fn new() -> Option<Box<Self>> {
+        let state = |clock: &Clock<M>| ClockState {
+            is_active: false,
+            qualifier: clock
+                .interval()
+                .map_or(Qualifier::Unknown, |_| Qualifier::Changed),
+            interval: clock.interval().unwrap_or(f64::NAN),
+            last: f64::NAN,
+            origin: f64::NAN,
+            count: 0,
+            next: f64::INFINITY,
+        };
+        let ticks = || Self {
+            each: M::CLOCKS.iter().map(state).collect(),
+            before: None,
+            is_pending: false,
+        };
+        (!M::CLOCKS.is_empty()).then(|| Box::new(ticks()))
+    }
+
+    /// Time of the next tick that the instance itself makes, s.
+    fn next(&self) -> f64 {
+        self.each
+            .iter()
+            .map(|clock| clock.next)
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// What active clocks compute has to be computed anew.
+    #[inline]
+    pub(crate) fn mark(&mut self) {
+        self.is_pending |= self.each.iter().any(|clock| clock.is_active);
+    }
+}
+
+impl ClockState {
+    /// Takes over an interval, s, from `now` on.
+    fn start(&mut self, interval: f64, now: f64) {
+        (self.interval, self.qualifier) = (interval, Qualifier::Changed);
+        self.next = now + interval;
+    }
+}
+
+fn wrong_interval<M: Model>(clock: &Clock<M>, interval: f64) -> ModelError {
+    let least = if clock.is_periodic() {
+        "above"
+    } else {
+        "at least"
+    };
+    let name = clock.row.name;
+    ModelError::new(format!(
+        "the interval of clock `{name}` = {interval} s must be finite and {least} 0"
+    ))
+}
+
+impl<M: Model> Instance<M> {
+    /// The clocks of a model that has some.
+    fn ticks(&mut self) -> &mut Ticks<M> {
+        self.state.ticks.as_mut().expect("the model has clocks")
+    }
+
+    /// The position of a clock by its number.
+    pub(crate) fn clock(&self, number: u32) -> Result<usize, Fault> {
+        let (span, first, _) = self.layout.block(number)?;
+        match M::CLOCKS.iter().position(|c| c.row.name == span.row.name) {
+            Some(k) => Ok(k),
+            None => {
+                let name = self.name(span.row, first);
+                let kind = span.row.kind(self.names);
+                let has = if M::CLOCKS.is_empty() {
+                    ", and this FMU has none"
+                } else {
+                    ""
+                };
+                refuse!("`{name}` is {kind}; it must be a Clock{has}")
+            }
+        }
+    }
+
+    /// Activates or deactivates an input clock in Event Mode.
+    pub(crate) fn set_clock(&mut self, number: u32, is_active: bool) -> Result<(), Fault> {
+        let k = self.clock(number)?;
+        if !M::CLOCKS[k].is_input() {
+            let name = M::CLOCKS[k].row.name;
+            return refuse!("`{name}` is a Clock output and cannot be set; only input clocks can");
+        }
+        let ticks = self.ticks();
+        ticks.is_pending |= ticks.each[k].is_active != is_active;
+        ticks.each[k].is_active = is_active;
+        self.invalidate();
+        Ok(())
+    }
+
+    /// Whether a clock is active; in Scheduled Execution this is told once.
+    pub(crate) fn get_clock(&mut self, number: u32) -> Result<bool, Fault> {
+        let k = self.clock(number)?;
+        self.model()?;
+        let is_scheduled = self.state.phase == Phase::Scheduled;
+        let is_active = &mut self.ticks().each[k].is_active;
+        let found = *is_active;
+        *is_active &= !is_scheduled;
+        Ok(found)
+    }
+
+    /// Refuses clocked variables while none of their clocks is active.
+    #[cold]
+    pub(crate) fn check_clocked(
+        &self,
+        number: &dyn Fn(usize) -> Option<u32>,
+        to: &str,
+    ) -> Result<(), Fault> {
+        let Some(ticks) = &self.state.ticks else {
+            return Ok(());
+        };
+        let phase = self.state.phase;
+        if !phase.is_running() || phase == Phase::Scheduled || self.ticks_itself {
+            return Ok(());
+        }
+        for number in (0..).map_while(number) {
+            let Ok((i, row)) = self.layout.find_any(number) else {
+                continue;
+            };
+            let is_active = |name: &&str| {
+                let all = M::CLOCKS.iter().zip(&ticks.each);
+                all.into_iter()
+                    .any(|(c, state)| c.row.name == *name && state.is_active)
+            };
+            if !row.clocks.is_empty() && !row.clocks.iter().any(|name| is_active(name)) {
+                let (name, clocks) = (self.name(row, i), row.clocks.join("`, `"));
+                return refuse!(
+                    "`{name}` belongs to the clock `{clocks}`, which is not active; it can be {to} in Event Mode at a tick"
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// The present interval of a clock, s.
+    pub(crate) fn interval(&mut self, number: u32) -> Result<(f64, Qualifier), Fault> {
+        let k = self.clock(number)?;
+        if M::CLOCKS[k].is_triggered() {
+            let name = M::CLOCKS[k].row.name;
+            return refuse!("clock `{name}` is triggered; only a clock that follows time has an interval");
+        }
+        self.refresh(k)?;
+        let clock = &mut self.ticks().each[k];
+        let found = (clock.interval, clock.qualifier);
+        if clock.qualifier == Qualifier::Changed {
+            clock.qualifier = Qualifier::Unchanged;
+        }
+        Ok(found)
+    }
+
+    /// Computes an interval that depends on parameters, or on the initial state.
+    fn refresh(&mut self, k: usize) -> Result<(), Fault> {
+        let clock = &M::CLOCKS[k];
+        let is_initial = self.state.phase == Phase::Initialization;
+        self.model()?;
+        let state = &mut self.state;
+        let (Some(model), Some(ticks)) = (&mut state.model, &mut state.ticks) else {
+            unreachable!("made above");
+        };
+        let own = &mut ticks.each[k];
+        let interval = match clock.timing {
+            Timing::Calculated(period) if is_initial => period(&state.parameters),
+            Timing::Tunable(period) => period(&state.parameters),
+            Timing::Changing(next) if is_initial => next(model, &state.parameters),
+            Timing::Countdown(take) if is_initial => match take(model) {
+                Some(interval) => interval,
+                None => return Ok(()),
+            },
+            _ => return Ok(()),
+        };
+        if !clock.allows(interval) {
+            return Err(wrong_interval(clock, interval).into());
+        }
+        if own.interval != interval {
+            let next = own.next;
+            own.start(interval, own.last);
+            (own.origin, own.count) = (own.last, 1);
+            own.next = match own.last.is_nan() {
+                true => next,
+                false => own.next.max(state.time),
+            };
+        }
+        Ok(())
+    }
+
+    /// Takes over the importer's interval of a fixed clock, s.
+    pub(crate) fn set_interval(&mut self, number: u32, interval: f64) -> Result<(), Fault> {
+        let k = self.clock(number)?;
+        let clock = &M::CLOCKS[k];
+        let name = clock.row.name;
+        if !matches!(clock.timing, Timing::Fixed(_)) {
+            return refuse!(
+                "the interval of clock `{name}` is the FMU's own; only that of a fixed clock with intervalDecimal can be set"
+            );
+        }
+        if self.state.phase != Phase::Initialization {
+            return refuse!("the interval of clock `{name}` can be set in Initialization Mode only");
+        }
+        if !clock.allows(interval) {
+            return Err(wrong_interval(clock, interval).into());
+        }
+        self.ticks().each[k].start(interval, 0.0);
+        Ok(())
+    }
+
+    /// The delay of the first tick of a periodic clock, s.
+    pub(crate) fn shift(&self, number: u32) -> Result<f64, Fault> {
+        let clock = &M::CLOCKS[self.clock(number)?];
+        match clock.is_periodic() {
+            true => Ok(clock.shift),
+            false => refuse!(
+                "clock `{}` is not periodic; only a periodic clock has a shift",
+                clock.row.name
+            ),
+        }
+    }
+
+    /// At the end of initialization: finds the first ticks.
+    pub(crate) fn start_ticks(&mut self) -> Result<(), Fault> {
+        for (k, clock) in M::CLOCKS.iter().enumerate() {
+            self.refresh(k)?;
+            let start = self.state.start;
+            let own = &mut self.ticks().each[k];
+            (own.origin, own.count) = (start + clock.shift, 0);
+            own.next = match clock.timing {
+                _ if clock.is_periodic() => own.origin,
+                _ if clock.is_triggered() => f64::INFINITY,
+                _ if own.interval.is_nan() => f64::INFINITY,
+                _ => start + own.interval,
+            };
+        }
+        Ok(())
+    }
+
+    /// Computes what the active clocks compute, from the model before the event.
+    #[cold]
+    pub(crate) fn run_ticks(&mut self) -> Result<(), ModelError> {
+        let state = &mut self.state;
+        let (Some(model), Some(ticks)) = (&mut state.model, &mut state.ticks) else {
+            return Ok(());
+        };
+        if !ticks.is_pending {
+            return Ok(());
+        }
+        match &ticks.before {
+            Some(before) => model.clone_from(before),
+            None => ticks.before = Some(model.clone()),
+        }
+        self.evaluation = None;
+        let u = match &state.held_input {
+            Some(held) => &held.value,
+            None => &state.input.value,
+        };
+        set_log_filter(self.log_filter, model);
+        for (clock, own) in M::CLOCKS.iter().zip(&ticks.each) {
+            if !(own.is_active && clock.is_input()) {
+                continue;
+            }
+            let tick = own.tick(clock, state.time, state.start);
+            if let Err(error) = (clock.on_tick)(model, &state.parameters, u, tick) {
+                collect_log(&mut self.messages, model);
+                model.clone_from(ticks.before.as_ref().expect("made above"));
+                let (t, name) = (state.time, clock.row.name);
+                return Err(ModelError::new(format!("t = {t} s, clock `{name}`: {error}")));
+            }
+        }
+        collect_messages(&mut self.messages, model);
+        for (clock, own) in M::CLOCKS.iter().zip(&mut ticks.each) {
+            if let Timing::Output(take) = clock.timing {
+                own.is_active = take(model);
+            }
+        }
+        ticks.is_pending = false;
+        Ok(())
+    }
+
+    /// After an event: deactivates the clocks, and finds when they tick next. Returns whether an output
+    /// clock has become active.
+    fn end_ticks(&mut self) -> Result<bool, Fault> {
+        let state = &mut self.state;
+        let (Some(model), Some(ticks)) = (&mut state.model, &mut state.ticks) else {
+            return Ok(false);
+        };
+        let (t, mut has_output) = (state.time, false);
+        ticks.before = None;
+        for (clock, own) in M::CLOCKS.iter().zip(&mut ticks.each) {
+            let has_ticked = std::mem::take(&mut own.is_active);
+            has_output |= own.follow(clock, model, &state.parameters, t, has_ticked)?;
+        }
+        Ok(has_output)
+    }
+
+    /// In Event Mode: lets clocks and then the model's equations handle the event.
+    pub(crate) fn update_discrete_states(&mut self) -> Result<EventOutcome, Fault> {
+        let has_equations = M::MODEL_EXCHANGE.or(M::EVENTS).is_some();
+        if M::CLOCKS.is_empty() {
+            return self.handle_event();
+        }
+        if self.ticks_itself {
+            self.activate_due();
+        }
+        let has_ticked = self.state.ticks.as_ref().is_some_and(|t| t.before.is_some() || t.is_pending);
+        self.model()?;
+        let mut outcome = EventOutcome {
+            event: Event::NONE,
+            is_moved: false,
+        };
+        if has_equations {
+            outcome = self.handle_event()?;
+        }
+        outcome.is_moved |= has_ticked && self.layout.states > 0;
+        outcome.event.again |= self.end_ticks()?;
+        self.invalidate();
+        if self.ticks_itself {
+            let next = self.ticks().next();
+            outcome.event.again |= next <= self.state.time;
+            if next.is_finite() && !outcome.event.again {
+                let own = outcome.event.next.unwrap_or(f64::INFINITY);
+                outcome.event.next = Some(own.min(next));
+            }
+        }
+        Ok(outcome)
+    }
+
+    /// Activates the clocks that are due; returns whether there are any.
+    fn activate_due(&mut self) -> bool {
+        let t = self.state.time;
+        let ticks = self.ticks();
+        for clock in &mut ticks.each {
+            let near = 8.0 * f64::EPSILON * t.abs() + 1e-9 * clock.interval.max(0.0);
+            clock.is_active |= clock.next <= t + near;
+        }
+        ticks.mark();
+        self.invalidate();
+        self.ticks().is_pending
+    }
+
+    /// Where the importer ticks no clocks: ticks those that are due at the present time.
+    pub(crate) fn tick_due(&mut self) -> Result<(), Fault> {
+        self.end_ticks()?;
+        for k in 0..M::CLOCKS.len() {
+            self.refresh(k)?; // a parameter may have been tuned
+        }
+        for _ in 0..MOST_ITERATIONS {
+            if !self.activate_due() {
+                return Ok(());
+            }
+            self.model()?;
+            self.end_ticks()?;
+            if M::EVENTS.is_some() {
+                self.first_event()?;
+                self.end_ticks()?;
+            }
+            self.invalidate();
+        }
+        let t = self.state.time;
+        refuse!("t = {t} s: a clock ticks more than {MOST_ITERATIONS} times at once")
+    }
+
+    /// A step in which the instance ticks its clocks itself; on an error it is as before.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn do_step_with_ticks(&mut self, t: f64, h: f64) -> Result<CompletedStep, Fault> {
+        let from_now = self.check_step(t, h)?;
+        let mut backup = self.step_backup.take();
+        match &mut backup {
+            Some(backup) => backup.copy(&self.state),
+            None => backup = Some(Box::new(self.state.clone())),
+        }
+        let first = self.workspace.first;
+        let done = self.tick_to(self.state.time, from_now, t + h);
+        if let (Err(_), Some(backup)) = (&done, &backup) {
+            self.state.copy(backup);
+            self.state.first = first;
+            self.adopt_state();
+        }
+        self.step_backup = backup;
+        done
+    }
+
+    /// Steps to `end`, from tick to tick.
+    fn tick_to(&mut self, start: f64, h: f64, end: f64) -> Result<CompletedStep, Fault> {
+        let near = 1e-9 * h + 8.0 * f64::EPSILON * end.abs();
+        loop {
+            self.tick_due()?;
+            let (now, next) = (self.state.time, self.ticks().next());
+            let until = if next < end - near { next } else { end };
+            let mut step = self.do_plain_step(now, until - now)?;
+            if step.is_whole {
+                self.state.time = until;
+                step.time = until;
+            }
+            let is_end = step.is_whole && until == end;
+            if is_end || step.terminate || M::EVENTS.is_none() && !step.is_whole {
+                step.is_whole &= is_end;
+                return Ok(step);
+            }
+            if self.state.time <= start {
+                return refuse!("t = {start} s: the step makes no progress");
+            }
+        }
+    }
+
+    /// Scheduled Execution: computes what a clock computes, at `t`, s. Returns whether the importer must
+    /// be told of other clocks.
+    pub(crate) fn activate(&mut self, number: u32, t: f64) -> Result<bool, Fault> {
+        let k = self.clock(number)?;
+        let clock = &M::CLOCKS[k];
+        let name = clock.row.name;
+        if !clock.is_input() {
+            return refuse!("`{name}` is a Clock output; only input clocks have a model partition");
+        }
+        let (start, last) = (self.state.start, self.ticks().each[k].last);
+        if !(t.is_finite() && t >= start) || t <= last {
+            let after = if last.is_nan() {
+                format!("at least the start time = {start} s")
+            } else {
+                format!("after its last one, {last} s")
+            };
+            return refuse!("activationTime = {t} s of clock `{name}` must be finite and {after}");
+        }
+        self.model()?;
+        let before = self.state.time;
+        self.state.time = before.max(t);
+        let state = &mut self.state;
+        let (Some(model), Some(ticks)) = (&mut state.model, &mut state.ticks) else {
+            unreachable!("made above");
+        };
+        set_log_filter(self.log_filter, model);
+        let mut next = model.clone();
+        let tick = ticks.each[k].tick(clock, t, start);
+        if let Err(error) = (clock.on_tick)(&mut next, &state.parameters, &state.input.value, tick) {
+            collect_log(&mut self.messages, &mut next);
+            state.time = before;
+            return refuse!("t = {t} s, clock `{name}`: {error}");
+        }
+        *model = next;
+        collect_messages(&mut self.messages, model);
+        let mut has_news = false;
+        for (j, (clock, own)) in M::CLOCKS.iter().zip(&mut ticks.each).enumerate() {
+            let was = (own.is_active, own.interval, own.qualifier);
+            let is_told = own.follow(clock, model, &state.parameters, t, j == k)?;
+            own.is_active = was.0 | is_told;
+            let is_countdown = matches!(clock.timing, Timing::Countdown(_));
+            has_news |= is_told || is_countdown && own.qualifier == Qualifier::Changed;
+        }
+        self.invalidate();
+        Ok(has_news)
+    }
+}
+
+impl ClockState {
+    /// The tick of a clock at `t`, s, in a run from `start` on.
+    fn tick<M: Model>(&self, clock: &Clock<M>, t: f64, start: f64) -> Tick {
+        let since = if self.last.is_nan() { start } else { self.last };
+        let interval = match clock.is_periodic() {
+            true => self.interval,
+            false => t - since,
+        };
+        Tick { time: t, interval }
+    }
+
+    /// After an event or a tick at `t`, s: finds the next tick, and returns whether an output clock has
+    /// become active.
+    fn follow<M: Model>(
+        &mut self,
+        clock: &Clock<M>,
+        model: &mut M,
+        p: &M::Parameters,
+        t: f64,
+        has_ticked: bool,
+    ) -> Result<bool, ModelError> {
+        let has_ticked = has_ticked && clock.is_input();
+        if has_ticked {
+            self.last = t;
+        }
+        let interval = match clock.timing {
+            Timing::Output(take) => {
+                self.is_active = take(model);
+                return Ok(self.is_active);
+            }
+            Timing::Changing(next) if has_ticked => Some(next(model, p)),
+            Timing::Countdown(take) => {
+                if has_ticked {
+                    (self.qualifier, self.next) = (Qualifier::Unknown, f64::INFINITY);
+                }
+                take(model)
+            }
+            _ if has_ticked && clock.is_periodic() => {
+                self.count += 1;
+                self.next = self.origin + f64::from(self.count) * self.interval;
+                None
+            }
+            _ => None,
+        };
+        match interval {
+            Some(interval) if !clock.allows(interval) => Err(wrong_interval(clock, interval)),
+            Some(interval) => {
+                self.start(interval, t);
+                Ok(false)
+            }
+            None => Ok(false),
+        }
+    }
+}
