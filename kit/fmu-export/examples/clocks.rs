@@ -74,7 +74,7 @@ impl Ode for Clocks {
         Clock::constant("inClock1", "Every second", 1.0, Self::first).at(1001),
         Clock::triggered("inClock2", "By the importer", Self::second).at(1002),
         Clock::countdown("inClock3", "By the first", |x| x.delay.take(), Self::third).at(1003),
-        Clock::output("outClock", "Every fifth tick", |x| {
+        Clock::output("outClock", "Every fifth tick", |x: &mut Self| {
             std::mem::take(&mut x.is_fifth)
         })
         .at(1005),

@@ -119,7 +119,7 @@ impl<M: Model> Clock<M> {
     }
 
     /// An output that ticks when the model says so: `take` tells whether it does, and forgets it, as
-    /// `|x| std::mem::take(&mut x.has_switched)` does. It is called after each event and tick. Of FMI
+    /// `|x: &mut Self| take(&mut x.has_switched)` does. It is called after each event and tick. Of FMI
     /// 3.0 only.
     pub const fn output(
         name: &'static str,

@@ -201,7 +201,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
 /// Name of the argument with the number of states.
 const STATES: &str = "nContinuousStates";
 
-const DO_STEP: Call = Call::new("fmi3DoStep", STEP_MODE | STEP_MODE_AFTER_SET);
+const DO_STEP: Call = Call::new("fmi3DoStep", CS | STEP_MODE | STEP_MODE_AFTER_SET);
 const LEAVE_UPDATE: Call = Call::new("fmi3DoStep", INTERMEDIATE_UPDATE | LOST);
 
 /// fmi3DoStep; at its end it calls the importer's intermediate update callback, if there is one.

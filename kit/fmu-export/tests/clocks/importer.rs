@@ -31,7 +31,7 @@ functions! {
     fmi3EnterEventMode(C) -> c_int; fmi3UpdateDiscreteStates(C, *mut bool, *mut bool, *mut bool, *mut bool, *mut bool, *mut f64) -> c_int;
     fmi3EnterContinuousTimeMode(C) -> c_int; fmi3SetTime(C, f64) -> c_int; fmi3SetContinuousStates(C, *const f64, usize) -> c_int;
     fmi3GetEventIndicators(C, *mut f64, usize) -> c_int; fmi3GetContinuousStates(C, *mut f64, usize) -> c_int;
-    fmi3SetClock(C, *const u32, usize, *const bool) -> c_int; fmi3GetClock(C, *const u32, usize, *mut bool) -> c_int;
+    fmi3SetClock(C, *const u32, usize, *const bool) -> c_int;
     fmi3GetIntervalDecimal(C, *const u32, usize, *mut f64, *mut c_int) -> c_int; fmi3GetShiftDecimal(C, *const u32, usize, *mut f64) -> c_int;
 }
 
@@ -222,9 +222,14 @@ impl<M: Model> Fmu<M> {
                 if clock.kind == "countdown" {
                     clock.next = f64::INFINITY;
                 }
-                if clock.interval.is_nan() {
-                    self.ask(k, 0.0);
+                if !clock.interval.is_nan() {
+                    continue;
                 }
+                if matches!(&*clock.kind, "fixed" | "tunable") {
+                    let status = unsafe { fmi3GetShiftDecimal(self.c, &clock.vr, 1, &mut clock.next) };
+                    assert_eq!(status, 0);
+                }
+                self.ask(k, 0.0);
             }
         } else {
             self.next_input();

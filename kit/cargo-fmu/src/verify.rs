@@ -1,0 +1,266 @@
+//! `cargo fmu verify`: runs the default experiment of an FMU and compares it with the results that the
+//! FMU carries (FMI-LS-REF), or writes such results.
+
+use std::fmt::Write;
+use std::fs;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, bail, ensure};
+use clap::Args;
+use fmi_description::{Access, Archive, Causality, Description, Variability, Variable};
+use fmi_import::Fmu;
+use fmi_import::instance::{Instance, InstanceOptions, start_time, step_size};
+use fmi_import::standard::Mode;
+use fmi_import::status::WARNING;
+
+use crate::reference::{References, Table};
+
+/// The arguments of `cargo fmu verify`.
+#[derive(Args)]
+pub struct Arguments {
+    /// FMU with a Co-Simulation interface, whoever made it
+    fmu: PathBuf,
+    /// Largest allowed deviation, relative to the largest magnitude of the variable in the result
+    #[arg(long, value_name = "PART", default_value_t = 1e-6)]
+    tolerance: f64,
+    /// Write all outputs of the default experiment to this file instead, for `reference/` next to
+    /// Cargo.toml
+    #[arg(long, value_name = "FILE.csv")]
+    write: Option<PathBuf>,
+    /// Intervals between the rows that are written
+    #[arg(long, value_name = "NUMBER", default_value_t = 20, requires = "write", value_parser = clap::value_parser!(u32).range(1..))]
+    rows: u32,
+}
+
+impl Arguments {
+    /// Verifies the FMU.
+    ///
+    /// # Errors
+    /// It cannot be run, or there is nothing to compare with.
+    pub fn run(&self) -> Result<ExitCode> {
+        let name = || self.fmu.display().to_string();
+        ensure!(
+            self.tolerance >= 0.0,
+            "--tolerance {} must be at least 0",
+            self.tolerance
+        );
+        let mut archive = Archive::open(fs::read(&self.fmu).with_context(name)?)?;
+        let references = References::read(&archive.read_all()?);
+        let fmu = Fmu::open(&self.fmu)?;
+        if let Some(path) = &self.write {
+            let table = self.written(&fmu, &references.unwrap_or_default())?;
+            fs::write(path, table).with_context(|| path.display().to_string())?;
+            println!("made {}", path.display());
+            return Ok(ExitCode::SUCCESS);
+        }
+        let references = references.with_context(name)?;
+        ensure!(
+            !references.results.is_empty(),
+            "{}: its manifest of FMI-LS-REF names no result",
+            name()
+        );
+        let mut is_same = true;
+        for (file, expected) in &references.results {
+            let times: Vec<_> = expected.rows.iter().map(|(t, _)| *t).collect();
+            let variables = named(&fmu.description, &expected.names).context(file.clone())?;
+            let found = simulate(&fmu, &references, &times, &variables)?;
+            let (report, is_ok) = self.compared(file, expected, &found, &variables);
+            println!("{report}");
+            is_same &= is_ok;
+        }
+        Ok(match is_same {
+            true => ExitCode::SUCCESS,
+            false => ExitCode::FAILURE,
+        })
+    }
+
+    /// The text of a result with all outputs.
+    fn written(&self, fmu: &Fmu, references: &References) -> Result<String> {
+        let (start, stop) = span(fmu)?;
+        let part = |k| f64::from(k) / f64::from(self.rows);
+        let times: Vec<_> = (0..=self.rows)
+            .map(|k| start + (stop - start) * part(k))
+            .collect();
+        let is_output =
+            |v: &&Variable| v.causality == Causality::Output && v.access() != Access::Clock;
+        let variables: Vec<_> = fmu.description.variables.iter().filter(is_output).collect();
+        let found = simulate(fmu, references, &times, &variables)?;
+        let quoted = |text: &str| match text.contains([',', '"']) {
+            true => format!("\"{text}\""),
+            false => text.to_owned(),
+        };
+        let names = variables.iter().map(|v| quoted(&v.name));
+        let mut text = format!("time,{}\n", Vec::from_iter(names).join(","));
+        for (t, row) in times.iter().zip(found) {
+            let cells = row.iter().map(|cell| quoted(cell));
+            writeln!(text, "{t},{}", Vec::from_iter(cells).join(","))?;
+        }
+        Ok(text)
+    }
+
+    /// What to say of a result, and whether it agrees.
+    fn compared(
+        &self,
+        file: &str,
+        expected: &Table,
+        found: &[Vec<String>],
+        variables: &[&Variable],
+    ) -> (String, bool) {
+        let (mut worst, mut place, mut wrong) = (0.0, String::new(), Vec::new());
+        for (k, v) in variables.iter().enumerate() {
+            let numbers = |cell: &str| -> Option<Vec<f64>> {
+                let words = cell.split_whitespace();
+                words.map(|word| word.parse().ok()).collect()
+            };
+            let all = expected.rows.iter().filter_map(|(_, row)| numbers(&row[k]));
+            let largest = all.flatten().fold(0.0, |a: f64, b| a.max(b.abs()));
+            let scale = if largest > 0.0 { largest } else { 1.0 };
+            for ((t, row), found) in expected.rows.iter().zip(found) {
+                let (a, b) = (&row[k], &found[k]);
+                let deviation = match (numbers(a), numbers(b)) {
+                    (Some(a), Some(b)) if a.len() == b.len() => {
+                        let each = a.iter().zip(&b).map(|(a, b)| (a - b).abs() / scale);
+                        each.fold(0.0, |a: f64, b| if a >= b { a } else { b })
+                    }
+                    _ if a.eq_ignore_ascii_case(b) => 0.0,
+                    _ => f64::INFINITY,
+                };
+                if !(deviation <= worst) {
+                    worst = deviation;
+                    place = format!(": `{}` at {t} s", v.name);
+                }
+                if !(deviation <= self.tolerance) && wrong.len() < 5 {
+                    wrong.push(format!(
+                        "\n  t = {t} s: `{}` = {b}; it must be {a}",
+                        v.name
+                    ));
+                }
+            }
+        }
+        let is_ok = wrong.is_empty();
+        let verdict = if is_ok { "agrees with" } else { "DIFFERS from" };
+        let (n, m) = (variables.len(), expected.rows.len());
+        let report = format!(
+            "{} {verdict} {file}: {n} variables at {m} times, tolerance {:e} of each variable's largest magnitude, largest deviation {worst:.2e}{place}{}",
+            self.fmu.display(),
+            self.tolerance,
+            wrong.concat()
+        );
+        (report, is_ok)
+    }
+}
+
+/// Start and stop time of the default experiment, s.
+fn span(fmu: &Fmu) -> Result<(f64, f64)> {
+    let stop = fmu.description.default_experiment.stop;
+    let stop = stop.context("its DefaultExperiment has no stopTime; it must have one")?;
+    Ok((start_time(fmu), stop))
+}
+
+/// The variables with these names.
+fn named<'a>(description: &'a Description, names: &[String]) -> Result<Vec<&'a Variable>> {
+    let find = |name: &String| {
+        let found = description.variables.iter().find(|v| v.name == *name);
+        found.with_context(|| format!("`{name}` is no variable of the FMU"))
+    };
+    names.iter().map(find).collect()
+}
+
+/// Runs the default experiment; the values of variables at these times, s.
+fn simulate(
+    fmu: &Fmu,
+    references: &References,
+    times: &[f64],
+    variables: &[&Variable],
+) -> Result<Vec<Vec<String>>> {
+    let (start, stop) = span(fmu)?;
+    let end = stop.max(*times.last().unwrap_or(&stop));
+    let options = InstanceOptions {
+        event_mode: false, // as the results of the Reference-FMUs were made
+        ..InstanceOptions::USUAL
+    };
+    let mut instance = Instance::with_options(fmu, "verified", options)?;
+    for (name, value) in &references.parameters {
+        let [v] = named(&fmu.description, std::slice::from_ref(name))?[..] else {
+            unreachable!("one name")
+        };
+        set(&instance, v, value)?;
+    }
+    instance.setup(start, Some(end))?;
+    instance.enter(Mode::Initialization)?;
+    let inputs = match &references.input {
+        Some(table) => Some((table, named(&fmu.description, &table.names)?)),
+        None => None,
+    };
+    let set_inputs = |instance: &Instance, t: f64| match &inputs {
+        Some((table, variables)) => set_inputs(instance, table, variables, t),
+        None => Ok(()),
+    };
+    set_inputs(&instance, start)?;
+    instance.enter(Mode::Stepping)?;
+    let (h, mut k) = (step_size(fmu), 0);
+    let near = 1e-9 * (end - start) + 1e-12 * end.abs();
+    let mut rows = Vec::new();
+    for &t in times {
+        while instance.time < t - near {
+            set_inputs(&instance, instance.time)?;
+            let mut next = start + f64::from(k + 1) * h;
+            if next < t + near {
+                k += 1;
+            }
+            next = next.min(t);
+            let from = instance.time;
+            instance.step(next - from)?;
+            instance.time = next;
+        }
+        rows.push(read(&instance, variables)?);
+    }
+    Ok(rows)
+}
+
+fn read(instance: &Instance, variables: &[&Variable]) -> Result<Vec<String>> {
+    let cell = |v: &&Variable| {
+        let (status, values) = instance.values(v);
+        instance.must(&format!("reading `{}`", v.name), status)?;
+        Ok(values.join(" "))
+    };
+    variables.iter().map(cell).collect()
+}
+
+/// Sets a variable from a cell, an array from its elements with blanks between.
+fn set(instance: &Instance, v: &Variable, cell: &str) -> Result<()> {
+    let values: Vec<_> = match v.access() {
+        Access::String => vec![cell.to_owned()],
+        _ => cell.split_whitespace().map(str::to_owned).collect(),
+    };
+    ensure!(
+        values.len() == v.size(),
+        "`{}` has {} elements; it cannot be `{cell}`",
+        v.name,
+        v.size()
+    );
+    let status = instance.set_values(v, &values);
+    if status > WARNING {
+        let call = format!("setting `{}` = {cell}", v.name);
+        instance.must(&call, status)?;
+        bail!("{call} was refused");
+    }
+    Ok(())
+}
+
+/// Sets the inputs of a time, s: continuous ones on the line between two rows, others as the last row
+/// says.
+fn set_inputs(instance: &Instance, table: &Table, variables: &[&Variable], t: f64) -> Result<()> {
+    let (row, next) = table.at(t);
+    for (k, v) in variables.iter().enumerate() {
+        let number = |cell: &String| cell.trim().parse::<f64>();
+        let is_continuous = v.variability == Variability::Continuous;
+        let line = next.filter(|_| is_continuous).and_then(|(next, part)| {
+            let (a, b) = (number(&row[k]).ok()?, number(&next[k]).ok()?);
+            Some((a + part * (b - a)).to_string())
+        });
+        set(instance, v, line.as_ref().unwrap_or(&row[k]))?;
+    }
+    Ok(())
+}
