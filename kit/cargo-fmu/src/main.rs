@@ -75,8 +75,8 @@ enum Command {
     /// Check FMUs, whoever made them: archive, description, libraries, and what they do when they
     /// are run
     Check(fmu_check::Arguments),
-    /// Run the default experiment of an FMU and compare it with the results that it carries (FMI-LS-REF),
-    /// or write such results
+    /// Run the default experiment of an FMU and compare it with the results that it carries
+    /// (FMI-LS-REF), or write such results
     Verify(verify::Arguments),
     /// Make one HTML file that runs an FMU or a packed system in any browser, from a folder
     Web {

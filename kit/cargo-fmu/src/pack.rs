@@ -284,7 +284,8 @@ fn package_files(workspace: &Workspace, package: &Package, notices: Entries) -> 
 /// `documentation/`, `resources/` and `reference/`. Files of the same names in the library take precedence.
 fn files_by_convention(folder: &Path) -> Result<Entries> {
     let mut found = Entries::new();
-    let mut left = Vec::from(["model.png", "documentation", "resources", reference::SOURCE].map(String::from));
+    let mut left =
+        Vec::from(["model.png", "documentation", "resources", reference::SOURCE].map(String::from));
     while let Some(name) = left.pop() {
         let path = folder.join(&name);
         if path.is_dir() {

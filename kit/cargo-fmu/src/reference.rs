@@ -1,5 +1,5 @@
-//! Files of FMI-LS-REF, which say what an FMU's default experiment gives: `pack` puts them into the FMU
-//! with a manifest, and `verify` finds them by it. They lie in `reference/` next to the package's
+//! Files of FMI-LS-REF, which say what an FMU's default experiment gives: `pack` puts them into the
+//! FMU with a manifest, and `verify` finds them by it. They lie in `reference/` next to the package's
 //! Cargo.toml: results (CSV), inputs over time (`…_in.csv`), and parameter sets (SSV).
 
 use anyhow::{Context, Result, bail};
@@ -37,7 +37,11 @@ fn kind(name: &str) -> Option<[&'static str; 3]> {
 pub fn place(entries: &mut Entries) -> Result<()> {
     let prefix = format!("{SOURCE}/");
     let is_own = |path: &String| path.starts_with(&prefix);
-    let paths: Vec<_> = entries.keys().filter(|path| is_own(path)).cloned().collect();
+    let paths: Vec<_> = entries
+        .keys()
+        .filter(|path| is_own(path))
+        .cloned()
+        .collect();
     if paths.is_empty() {
         return Ok(());
     }
@@ -64,7 +68,9 @@ pub fn place(entries: &mut Entries) -> Result<()> {
 }
 
 fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('"', "&quot;").replace('<', "&lt;")
+    text.replace('&', "&amp;")
+        .replace('"', "&quot;")
+        .replace('<', "&lt;")
 }
 
 /// The files that a manifest names.
@@ -98,7 +104,8 @@ impl References {
             let bytes = bytes.with_context(|| format!("the FMU has no file {path}"))?;
             std::str::from_utf8(bytes).with_context(|| format!("{path} must be UTF-8"))
         };
-        let manifest = text(MANIFEST).context("without FMI-LS-REF there is nothing to compare with")?;
+        let manifest =
+            text(MANIFEST).context("without FMI-LS-REF there is nothing to compare with")?;
         let root = Element::parse(manifest, MANIFEST, "fmiReferences")?;
         let mut found = Self::default();
         for related in root.all("Related") {
@@ -123,7 +130,10 @@ fn parameters(text: &str, path: &str) -> Result<Vec<(String, String)>> {
     let root = Element::parse(text, path, "ParameterSet")?;
     let each = root.listed("Parameters", "Parameter");
     each.map(|parameter| {
-        let value = parameter.children.iter().find_map(|value| value.get("value"));
+        let value = parameter
+            .children
+            .iter()
+            .find_map(|value| value.get("value"));
         let name = parameter.required("name")?;
         let value = value.with_context(|| format!("{path}: parameter `{name}` has no value"))?;
         Ok((name, value.to_owned()))
@@ -164,8 +174,8 @@ impl Table {
         Ok(Self { names, rows })
     }
 
-    /// The cells of the last row at or before `t`, s, and those of the next one with the part of the way
-    /// to it.
+    /// The cells of the last row at or before `t`, s, and those of the next one with the part of the
+    /// way to it.
     pub fn at(&self, t: f64) -> (&[String], Option<(&[String], f64)>) {
         let near = 1e-9 * t.abs().max(1.0);
         let after = self.rows.partition_point(|(time, _)| *time <= t + near);
@@ -206,17 +216,27 @@ mod tests {
             entries.insert(format!("{SOURCE}/{name}"), text.into());
         }
         place(&mut entries).unwrap();
-        assert!(entries.keys().all(|path| path.starts_with("extra/org.fmi-standard.fmi-ls-ref/")));
+        assert!(
+            entries
+                .keys()
+                .all(|path| path.starts_with("extra/org.fmi-standard.fmi-ls-ref/"))
+        );
         let found = References::read(&entries).unwrap();
         assert_eq!(found.parameters, [("k".to_owned(), "2.5".to_owned())]);
         assert_eq!(found.results[0].0, "A_out.csv");
         assert_eq!(found.results[0].1.rows[1], (0.5, vec!["2".to_owned()]));
         let input = found.input.unwrap();
-        assert_eq!(input.at(0.25), (&["0".to_owned()][..], Some((&["4".to_owned()][..], 0.25))));
+        assert_eq!(
+            input.at(0.25),
+            (&["0".to_owned()][..], Some((&["4".to_owned()][..], 0.25)))
+        );
         assert_eq!(input.at(3.0), (&["4".to_owned()][..], None));
         entries.insert(format!("{SOURCE}/notes.txt"), Vec::new());
         let error = place(&mut entries).unwrap_err().to_string();
-        assert!(error.contains("reference/notes.txt must be a result"), "{error}");
+        assert!(
+            error.contains("reference/notes.txt must be a result"),
+            "{error}"
+        );
     }
 
     #[test]
@@ -232,6 +252,9 @@ mod tests {
             assert!(error.contains(words), "{error}");
         }
         let quoted = Table::parse("time,\"a,b\"\n0,\"1\"\r\n").unwrap();
-        assert_eq!((&quoted.names[0][..], &quoted.rows[0].1[0][..]), ("a,b", "1"));
+        assert_eq!(
+            (&quoted.names[0][..], &quoted.rows[0].1[0][..]),
+            ("a,b", "1")
+        );
     }
 }

@@ -1,18 +1,18 @@
-//! `cargo fmu verify`: runs the default experiment of an FMU and compares it with the results that the
-//! FMU carries (FMI-LS-REF), or writes such results.
+//! `cargo fmu verify`: runs the default experiment of an FMU and compares it with the results that
+//! the FMU carries (FMI-LS-REF), or writes such results.
 
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 use fmi_description::{Access, Archive, Causality, Description, Variability, Variable};
 use fmi_import::Fmu;
 use fmi_import::instance::{Instance, InstanceOptions, start_time, step_size};
 use fmi_import::standard::Mode;
-use fmi_import::status::WARNING;
 
 use crate::reference::{References, Table};
 
@@ -84,13 +84,17 @@ impl Arguments {
             .collect();
         let is_output =
             |v: &&Variable| v.causality == Causality::Output && v.access() != Access::Clock;
-        let variables: Vec<_> = fmu.description.variables.iter().filter(is_output).collect();
+        let names = fmu.description.variables.iter().filter(is_output);
+        let variables = named(
+            &fmu.description,
+            &Vec::from_iter(names.map(|v| v.name.clone())),
+        )?;
         let found = simulate(fmu, references, &times, &variables)?;
         let quoted = |text: &str| match text.contains([',', '"']) {
             true => format!("\"{text}\""),
             false => text.to_owned(),
         };
-        let names = variables.iter().map(|v| quoted(&v.name));
+        let names = variables.iter().map(|column| quoted(&column.name));
         let mut text = format!("time,{}\n", Vec::from_iter(names).join(","));
         for (t, row) in times.iter().zip(found) {
             let cells = row.iter().map(|cell| quoted(cell));
@@ -105,10 +109,10 @@ impl Arguments {
         file: &str,
         expected: &Table,
         found: &[Vec<String>],
-        variables: &[&Variable],
+        variables: &[Column],
     ) -> (String, bool) {
         let (mut worst, mut place, mut wrong) = (0.0, String::new(), Vec::new());
-        for (k, v) in variables.iter().enumerate() {
+        for (k, Column { name, .. }) in variables.iter().enumerate() {
             let numbers = |cell: &str| -> Option<Vec<f64>> {
                 let words = cell.split_whitespace();
                 words.map(|word| word.parse().ok()).collect()
@@ -128,13 +132,10 @@ impl Arguments {
                 };
                 if !(deviation <= worst) {
                     worst = deviation;
-                    place = format!(": `{}` at {t} s", v.name);
+                    place = format!(": `{name}` at {t} s");
                 }
                 if !(deviation <= self.tolerance) && wrong.len() < 5 {
-                    wrong.push(format!(
-                        "\n  t = {t} s: `{}` = {b}; it must be {a}",
-                        v.name
-                    ));
+                    wrong.push(format!("\n  t = {t} s: `{name}` = {b}; it must be {a}"));
                 }
             }
         }
@@ -158,11 +159,32 @@ fn span(fmu: &Fmu) -> Result<(f64, f64)> {
     Ok((start_time(fmu), stop))
 }
 
+/// What a column of a table stands for: a variable, or one element of an array, which FMI 2.0 has
+/// as a variable of its own (`x[2]`).
+struct Column<'a> {
+    name: String,
+    v: &'a Variable,
+    element: Option<usize>,
+}
+
 /// The variables with these names.
-fn named<'a>(description: &'a Description, names: &[String]) -> Result<Vec<&'a Variable>> {
+fn named<'a>(description: &'a Description, names: &[String]) -> Result<Vec<Column<'a>>> {
+    let elements = description.by_element();
+    let of = |name: &String| {
+        let whole = description.variables.iter().find(|v| v.name == *name);
+        if let Some(v) = whole {
+            return Some((v, None));
+        }
+        let found = elements.variables.iter().find(|v| v.name == *name)?;
+        let is_it = |v: &&Variable| v.reference == found.reference;
+        let v = description.variables.iter().find(is_it)?;
+        Some((v, found.element))
+    };
     let find = |name: &String| {
-        let found = description.variables.iter().find(|v| v.name == *name);
-        found.with_context(|| format!("`{name}` is no variable of the FMU"))
+        let found = of(name).with_context(|| format!("`{name}` is no variable of the FMU"));
+        let (v, element) = found?;
+        let name = name.clone();
+        Ok(Column { name, v, element })
     };
     names.iter().map(find).collect()
 }
@@ -172,7 +194,7 @@ fn simulate(
     fmu: &Fmu,
     references: &References,
     times: &[f64],
-    variables: &[&Variable],
+    variables: &[Column],
 ) -> Result<Vec<Vec<String>>> {
     let (start, stop) = span(fmu)?;
     let end = stop.max(*times.last().unwrap_or(&stop));
@@ -181,11 +203,10 @@ fn simulate(
         ..InstanceOptions::USUAL
     };
     let mut instance = Instance::with_options(fmu, "verified", options)?;
-    for (name, value) in &references.parameters {
-        let [v] = named(&fmu.description, std::slice::from_ref(name))?[..] else {
-            unreachable!("one name")
-        };
-        set(&instance, v, value)?;
+    let mut arrays = BTreeMap::new();
+    let (names, values): (Vec<_>, Vec<_>) = references.parameters.iter().cloned().unzip();
+    for (column, value) in named(&fmu.description, &names)?.iter().zip(&values) {
+        set(&instance, &mut arrays, column, value)?;
     }
     instance.setup(start, Some(end))?;
     instance.enter(Mode::Initialization)?;
@@ -193,8 +214,8 @@ fn simulate(
         Some(table) => Some((table, named(&fmu.description, &table.names)?)),
         None => None,
     };
-    let set_inputs = |instance: &Instance, t: f64| match &inputs {
-        Some((table, variables)) => set_inputs(instance, table, variables, t),
+    let mut set_inputs = |instance: &Instance, t: f64| match &inputs {
+        Some((table, columns)) => set_inputs(instance, &mut arrays, table, columns, t),
         None => Ok(()),
     };
     set_inputs(&instance, start)?;
@@ -219,48 +240,62 @@ fn simulate(
     Ok(rows)
 }
 
-fn read(instance: &Instance, variables: &[&Variable]) -> Result<Vec<String>> {
-    let cell = |v: &&Variable| {
+fn read(instance: &Instance, columns: &[Column]) -> Result<Vec<String>> {
+    let cell = |Column { name, v, element }: &Column| {
         let (status, values) = instance.values(v);
-        instance.must(&format!("reading `{}`", v.name), status)?;
-        Ok(values.join(" "))
+        instance.must(&format!("reading `{name}`"), status)?;
+        Ok(match element {
+            Some(k) => values[*k].clone(),
+            None => values.join(" "),
+        })
     };
-    variables.iter().map(cell).collect()
+    columns.iter().map(cell).collect()
 }
+
+/// The last values of arrays whose elements are set one by one, by reference.
+type Arrays = BTreeMap<u32, Vec<String>>;
 
 /// Sets a variable from a cell, an array from its elements with blanks between.
-fn set(instance: &Instance, v: &Variable, cell: &str) -> Result<()> {
-    let values: Vec<_> = match v.access() {
-        Access::String => vec![cell.to_owned()],
-        _ => cell.split_whitespace().map(str::to_owned).collect(),
+fn set(instance: &Instance, arrays: &mut Arrays, column: &Column, cell: &str) -> Result<()> {
+    let Column { name, v, element } = column;
+    let values: Vec<_> = match element {
+        Some(k) => {
+            let start = |k| v.start_of(k).unwrap_or("0").to_owned();
+            let all = || (0..v.size()).map(start).collect();
+            let all = arrays.entry(v.reference).or_insert_with(all);
+            cell.clone_into(&mut all[*k]);
+            all.clone()
+        }
+        None if v.access() == Access::String => vec![cell.to_owned()],
+        None => cell.split_whitespace().map(str::to_owned).collect(),
     };
+    let n = v.size();
     ensure!(
-        values.len() == v.size(),
-        "`{}` has {} elements; it cannot be `{cell}`",
-        v.name,
-        v.size()
+        values.len() == n,
+        "`{name}` has {n} elements; it cannot be `{cell}`"
     );
     let status = instance.set_values(v, &values);
-    if status > WARNING {
-        let call = format!("setting `{}` = {cell}", v.name);
-        instance.must(&call, status)?;
-        bail!("{call} was refused");
-    }
-    Ok(())
+    instance.must(&format!("setting `{name}` = {cell}"), status)
 }
 
-/// Sets the inputs of a time, s: continuous ones on the line between two rows, others as the last row
-/// says.
-fn set_inputs(instance: &Instance, table: &Table, variables: &[&Variable], t: f64) -> Result<()> {
+/// Sets the inputs of a time, s: continuous ones on the line between two rows, others as the last
+/// row says.
+fn set_inputs(
+    instance: &Instance,
+    arrays: &mut Arrays,
+    table: &Table,
+    columns: &[Column],
+    t: f64,
+) -> Result<()> {
     let (row, next) = table.at(t);
-    for (k, v) in variables.iter().enumerate() {
+    for (k, column) in columns.iter().enumerate() {
         let number = |cell: &String| cell.trim().parse::<f64>();
-        let is_continuous = v.variability == Variability::Continuous;
+        let is_continuous = column.v.variability == Variability::Continuous;
         let line = next.filter(|_| is_continuous).and_then(|(next, part)| {
             let (a, b) = (number(&row[k]).ok()?, number(&next[k]).ok()?);
             Some((a + part * (b - a)).to_string())
         });
-        set(instance, v, line.as_ref().unwrap_or(&row[k]))?;
+        set(instance, arrays, column, line.as_ref().unwrap_or(&row[k]))?;
     }
     Ok(())
 }

@@ -70,9 +70,11 @@ impl Attributes {
                 }
                 "clock" => {
                     self.clocks = match meta.value()?.parse()? {
-                        Expr::Tuple(names) => {
-                            names.elems.iter().map(variable_name).collect::<Result<_>>()?
-                        }
+                        Expr::Tuple(names) => names
+                            .elems
+                            .iter()
+                            .map(variable_name)
+                            .collect::<Result<_>>()?,
                         name => vec![variable_name(&name)?],
                     }
                 }

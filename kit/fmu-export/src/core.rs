@@ -53,5 +53,6 @@ pub(crate) mod step;
 pub(crate) mod step_end;
 pub(crate) mod storage;
 pub(crate) mod table_macros;
+pub(crate) mod ticking;
 pub(crate) mod ticks;
 pub(crate) mod value;

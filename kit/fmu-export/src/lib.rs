@@ -162,8 +162,9 @@ pub use {
 #[cfg(feature = "derive")]
 pub mod prelude {
     pub use crate::{
-        Binary, Choice, Clock, Enumeration, Event, Info, Input, InputPolynomial, Log, Model, ModelError,
-        Ode, Output, Parameters, State, StepEnd, Tick, Unit, Variable, derived, export_fmu,
+        Binary, Choice, Clock, Enumeration, Event, Info, Input, InputPolynomial, Log, Model,
+        ModelError, Ode, Output, Parameters, State, StepEnd, Tick, Unit, Variable, derived,
+        export_fmu,
     };
     pub use serde::{Deserialize, Serialize};
 }

@@ -12,7 +12,7 @@ use super::storage::Storage;
 pub struct Tick {
     /// Its time, s.
     pub time: f64,
-    /// The period of a periodic clock; for others the time since the last tick, or since the start, s.
+    /// The period of a periodic clock; else the time since the last tick, or since the start, s.
     pub interval: f64,
 }
 
@@ -20,7 +20,7 @@ pub struct Tick {
 pub type OnTick<M> =
     fn(&mut M, &<M as Model>::Parameters, &<M as Model>::Input, Tick) -> Result<(), ModelError>;
 
-/// A clock of a model, a row of [`Model::CLOCKS`](crate::Model::CLOCKS). Clocks that tick at the same
+/// A clock of a model, a row of [`Model::CLOCKS`](crate::Model::CLOCKS). Clocks that tick at one
 /// time do so in the order of that table, which is that of their priorities.
 ///
 /// Variables belong to a clock by [`Variable::clocks`], with derives `#[fmu(clock = sample)]`.
@@ -118,9 +118,9 @@ impl<M: Model> Clock<M> {
         Self::new(name, description, Timing::Triggered, on_tick)
     }
 
-    /// An output that ticks when the model says so: `take` tells whether it does, and forgets it, as
-    /// `|x: &mut Self| take(&mut x.has_switched)` does. It is called after each event and tick. Of FMI
-    /// 3.0 only.
+    /// An output that ticks when the model says so: `take` tells whether it does, and forgets it,
+    /// as `|x: &mut Self| take(&mut x.has_switched)` does. It is called after each event and tick.
+    /// Of FMI 3.0 only.
     pub const fn output(
         name: &'static str,
         description: &'static str,

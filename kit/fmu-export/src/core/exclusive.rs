@@ -37,8 +37,8 @@ impl<B> Exclusive<B> {
 }
 
 impl<B> Exclusive<B> {
-    /// Access to the value when no other thread uses it: in Scheduled Execution, a thread may have been
-    /// preempted within a call.
+    /// Access to the value when no other thread uses it: in Scheduled Execution, a thread may have
+    /// been preempted within a call.
     pub(crate) fn wait(&self) -> ExclusiveRef<'_, B> {
         let (free, taken) = (Ordering::Acquire, Ordering::Relaxed);
         while (self.busy)

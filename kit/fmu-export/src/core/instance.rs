@@ -53,8 +53,8 @@ pub(crate) struct Instance<M: Model> {
     pub(crate) has_warned_of_order: bool,
     /// The importer ticks no clocks: time events take their place.
     pub(crate) ticks_itself: bool,
-    /// The state before a step with ticks.
-    pub(crate) step_backup: Option<Box<State<M>>>,
+    /// The state before what may fail.
+    pub(crate) backup: Option<Box<State<M>>>,
 }
 
 impl<M: Model> Instance<M> {
@@ -88,7 +88,7 @@ impl<M: Model> Instance<M> {
             log_filter: LogFilter::default(),
             has_warned_of_order: false,
             ticks_itself: false,
-            step_backup: None,
+            backup: None,
         }
     }
 
@@ -134,6 +134,13 @@ impl<M: Model> Instance<M> {
 
     /// Ends Initialization Mode; `has_event_mode`: the importer handles the first event.
     pub(crate) fn exit_initialization(&mut self, has_event_mode: bool) -> Result<(), Fault> {
+        match M::CLOCKS.is_empty() {
+            true => self.initialize(has_event_mode),
+            false => self.or_restore(|instance| instance.initialize(has_event_mode)),
+        }
+    }
+
+    fn initialize(&mut self, has_event_mode: bool) -> Result<(), Fault> {
         self.model()?;
         if M::EVENTS.is_some() && !has_event_mode {
             self.first_event()?;

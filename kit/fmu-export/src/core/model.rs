@@ -56,12 +56,12 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     #[doc(hidden)]
     const EVENTS: Option<ModelExchange<Self>> = None;
 
-    /// The clocks of the model, whose value references follow all others. An importer of FMI 3.0 ticks
-    /// them; in FMI 2.0, and for importers without Event Mode, the crate does.
+    /// The clocks of the model, whose value references follow all others. An importer of FMI 3.0
+    /// ticks them; in FMI 2.0, and for importers without Event Mode, the crate does.
     const CLOCKS: &'static [Clock<Self>] = &[];
 
-    /// Whether the FMU offers Scheduled Execution, in which the importer computes each clock's part of
-    /// the model by itself; only for a model that has clocks and no continuous states.
+    /// Whether the FMU offers Scheduled Execution, in which the importer computes each clock's part
+    /// of the model by itself; only for a model that has clocks and no continuous states.
     const SCHEDULED_EXECUTION: bool = false;
 
     /// The table of variables, from which value references, getters and setters, and

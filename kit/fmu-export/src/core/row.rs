@@ -263,8 +263,8 @@ impl<M: Model> Variable<M> {
         /// The clocks by name at whose ticks alone it changes: a discrete variable.
         clocks(clocks: &'static [&'static str]) clocks = clocks;
 
-        /// The variable, of the same type and discrete, that has the value of this clocked one at the
-        /// tick before; the model sets it.
+        /// The variable, of the same type and discrete, that has the value of this clocked one at
+        /// the tick before; the model sets it.
         previous(row: &'static str) previous = Some(row);
 
         /// An input that `Evaluation::new` does not read: setting it keeps the evaluation.

@@ -1,17 +1,13 @@
-//! The clocks of an instance, for `fmi3`, and for `fmi2`, where the instance ticks them itself: which
-//! are active, their intervals, and what they compute.
+//! The clocks of an instance, for `ticking` and `fmi3`: which are active, and their intervals.
 //!
 //! The importer activates clocks in Event Mode; what they compute is computed when it is read, with
 //! the inputs that are set then, and kept when the discrete states are updated.
 
 use super::clock::{Clock, Tick, Timing};
-use super::event::MOST_ITERATIONS;
 use super::fault::{Fault, refuse};
-use super::instance::{Instance, collect_log, collect_messages, set_log_filter};
-use super::model_exchange::EventOutcome;
+use super::instance::Instance;
 use super::phase::Phase;
-use super::step::CompletedStep;
-use crate::{Event, Model, ModelError};
+use crate::{Model, ModelError};
 use serde::{Deserialize, Serialize};
 
 /// The clocks of an instance.
@@ -21,25 +17,25 @@ pub(crate) struct Ticks<M: Model> {
     /// By [`Model::CLOCKS`].
     pub(crate) each: Vec<ClockState>,
     /// The model before the ticks of the present event.
-    before: Option<M>,
+    pub(super) before: Option<M>,
     /// What active clocks compute has not been computed since something was set.
-    is_pending: bool,
+    pub(super) is_pending: bool,
 }
 
 /// The state of a clock.
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct ClockState {
-    is_active: bool,
-    qualifier: Qualifier,
+    pub(super) is_active: bool,
+    pub(super) qualifier: Qualifier,
     /// s; NaN if not known.
-    interval: f64,
+    pub(super) interval: f64,
     /// Time of the last tick, s; NaN before the first.
-    last: f64,
+    pub(super) last: f64,
     /// The time from which a periodic clock counts its ticks, s, and their number.
     origin: f64,
     count: u32,
     /// Time of the next tick, s.
-    next: f64,
+    pub(super) next: f64,
 }
 
 /// `fmi3IntervalQualifier`.
@@ -73,7 +69,7 @@ impl<M: Model> Ticks<M> {
     }
 
     /// Time of the next tick that the instance itself makes, s.
-    fn next(&self) -> f64 {
+    pub(super) fn next(&self) -> f64 {
         self.each
             .iter()
             .map(|clock| clock.next)
@@ -109,7 +105,7 @@ fn wrong_interval<M: Model>(clock: &Clock<M>, interval: f64) -> ModelError {
 
 impl<M: Model> Instance<M> {
     /// The clocks of a model that has some.
-    fn ticks(&mut self) -> &mut Ticks<M> {
+    pub(super) fn ticks(&mut self) -> &mut Ticks<M> {
         self.state.ticks.as_mut().expect("the model has clocks")
     }
 
@@ -131,13 +127,19 @@ impl<M: Model> Instance<M> {
         }
     }
 
+    /// The position of an input clock, which can be activated.
+    pub(crate) fn input_clock(&self, number: u32) -> Result<usize, Fault> {
+        let k = self.clock(number)?;
+        let name = M::CLOCKS[k].row.name;
+        match M::CLOCKS[k].is_input() {
+            true => Ok(k),
+            false => refuse!("`{name}` is a Clock output; only input clocks can be activated"),
+        }
+    }
+
     /// Activates or deactivates an input clock in Event Mode.
     pub(crate) fn set_clock(&mut self, number: u32, is_active: bool) -> Result<(), Fault> {
-        let k = self.clock(number)?;
-        if !M::CLOCKS[k].is_input() {
-            let name = M::CLOCKS[k].row.name;
-            return refuse!("`{name}` is a Clock output and cannot be set; only input clocks can");
-        }
+        let k = self.input_clock(number)?;
         let ticks = self.ticks();
         ticks.is_pending |= ticks.each[k].is_active != is_active;
         ticks.each[k].is_active = is_active;
@@ -194,7 +196,9 @@ impl<M: Model> Instance<M> {
         let k = self.clock(number)?;
         if M::CLOCKS[k].is_triggered() {
             let name = M::CLOCKS[k].row.name;
-            return refuse!("clock `{name}` is triggered; only a clock that follows time has an interval");
+            return refuse!(
+                "clock `{name}` is triggered; only a clock that follows time has an interval"
+            );
         }
         self.refresh(k)?;
         let clock = &mut self.ticks().each[k];
@@ -206,7 +210,7 @@ impl<M: Model> Instance<M> {
     }
 
     /// Computes an interval that depends on parameters, or on the initial state.
-    fn refresh(&mut self, k: usize) -> Result<(), Fault> {
+    pub(super) fn refresh(&mut self, k: usize) -> Result<(), Fault> {
         let clock = &M::CLOCKS[k];
         let is_initial = self.state.phase == Phase::Initialization;
         self.model()?;
@@ -251,7 +255,9 @@ impl<M: Model> Instance<M> {
             );
         }
         if self.state.phase != Phase::Initialization {
-            return refuse!("the interval of clock `{name}` can be set in Initialization Mode only");
+            return refuse!(
+                "the interval of clock `{name}` can be set in Initialization Mode only"
+            );
         }
         if !clock.allows(interval) {
             return Err(wrong_interval(clock, interval).into());
@@ -288,227 +294,11 @@ impl<M: Model> Instance<M> {
         }
         Ok(())
     }
-
-    /// Computes what the active clocks compute, from the model before the event.
-    #[cold]
-    pub(crate) fn run_ticks(&mut self) -> Result<(), ModelError> {
-        let state = &mut self.state;
-        let (Some(model), Some(ticks)) = (&mut state.model, &mut state.ticks) else {
-            return Ok(());
-        };
-        if !ticks.is_pending {
-            return Ok(());
-        }
-        match &ticks.before {
-            Some(before) => model.clone_from(before),
-            None => ticks.before = Some(model.clone()),
-        }
-        self.evaluation = None;
-        let u = match &state.held_input {
-            Some(held) => &held.value,
-            None => &state.input.value,
-        };
-        set_log_filter(self.log_filter, model);
-        for (clock, own) in M::CLOCKS.iter().zip(&ticks.each) {
-            if !(own.is_active && clock.is_input()) {
-                continue;
-            }
-            let tick = own.tick(clock, state.time, state.start);
-            if let Err(error) = (clock.on_tick)(model, &state.parameters, u, tick) {
-                collect_log(&mut self.messages, model);
-                model.clone_from(ticks.before.as_ref().expect("made above"));
-                let (t, name) = (state.time, clock.row.name);
-                return Err(ModelError::new(format!("t = {t} s, clock `{name}`: {error}")));
-            }
-        }
-        collect_messages(&mut self.messages, model);
-        for (clock, own) in M::CLOCKS.iter().zip(&mut ticks.each) {
-            if let Timing::Output(take) = clock.timing {
-                own.is_active = take(model);
-            }
-        }
-        ticks.is_pending = false;
-        Ok(())
-    }
-
-    /// After an event: deactivates the clocks, and finds when they tick next. Returns whether an output
-    /// clock has become active.
-    fn end_ticks(&mut self) -> Result<bool, Fault> {
-        let state = &mut self.state;
-        let (Some(model), Some(ticks)) = (&mut state.model, &mut state.ticks) else {
-            return Ok(false);
-        };
-        let (t, mut has_output) = (state.time, false);
-        ticks.before = None;
-        for (clock, own) in M::CLOCKS.iter().zip(&mut ticks.each) {
-            let has_ticked = std::mem::take(&mut own.is_active);
-            has_output |= own.follow(clock, model, &state.parameters, t, has_ticked)?;
-        }
-        Ok(has_output)
-    }
-
-    /// In Event Mode: lets clocks and then the model's equations handle the event.
-    pub(crate) fn update_discrete_states(&mut self) -> Result<EventOutcome, Fault> {
-        let has_equations = M::MODEL_EXCHANGE.or(M::EVENTS).is_some();
-        if M::CLOCKS.is_empty() {
-            return self.handle_event();
-        }
-        if self.ticks_itself {
-            self.activate_due();
-        }
-        let has_ticked = self.state.ticks.as_ref().is_some_and(|t| t.before.is_some() || t.is_pending);
-        self.model()?;
-        let mut outcome = EventOutcome {
-            event: Event::NONE,
-            is_moved: false,
-        };
-        if has_equations {
-            outcome = self.handle_event()?;
-        }
-        outcome.is_moved |= has_ticked && self.layout.states > 0;
-        outcome.event.again |= self.end_ticks()?;
-        self.invalidate();
-        if self.ticks_itself {
-            let next = self.ticks().next();
-            outcome.event.again |= next <= self.state.time;
-            if next.is_finite() && !outcome.event.again {
-                let own = outcome.event.next.unwrap_or(f64::INFINITY);
-                outcome.event.next = Some(own.min(next));
-            }
-        }
-        Ok(outcome)
-    }
-
-    /// Activates the clocks that are due; returns whether there are any.
-    fn activate_due(&mut self) -> bool {
-        let t = self.state.time;
-        let ticks = self.ticks();
-        for clock in &mut ticks.each {
-            let near = 8.0 * f64::EPSILON * t.abs() + 1e-9 * clock.interval.max(0.0);
-            clock.is_active |= clock.next <= t + near;
-        }
-        ticks.mark();
-        self.invalidate();
-        self.ticks().is_pending
-    }
-
-    /// Where the importer ticks no clocks: ticks those that are due at the present time.
-    pub(crate) fn tick_due(&mut self) -> Result<(), Fault> {
-        self.end_ticks()?;
-        for k in 0..M::CLOCKS.len() {
-            self.refresh(k)?; // a parameter may have been tuned
-        }
-        for _ in 0..MOST_ITERATIONS {
-            if !self.activate_due() {
-                return Ok(());
-            }
-            self.model()?;
-            self.end_ticks()?;
-            if M::EVENTS.is_some() {
-                self.first_event()?;
-                self.end_ticks()?;
-            }
-            self.invalidate();
-        }
-        let t = self.state.time;
-        refuse!("t = {t} s: a clock ticks more than {MOST_ITERATIONS} times at once")
-    }
-
-    /// A step in which the instance ticks its clocks itself; on an error it is as before.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn do_step_with_ticks(&mut self, t: f64, h: f64) -> Result<CompletedStep, Fault> {
-        let from_now = self.check_step(t, h)?;
-        let mut backup = self.step_backup.take();
-        match &mut backup {
-            Some(backup) => backup.copy(&self.state),
-            None => backup = Some(Box::new(self.state.clone())),
-        }
-        let first = self.workspace.first;
-        let done = self.tick_to(self.state.time, from_now, t + h);
-        if let (Err(_), Some(backup)) = (&done, &backup) {
-            self.state.copy(backup);
-            self.state.first = first;
-            self.adopt_state();
-        }
-        self.step_backup = backup;
-        done
-    }
-
-    /// Steps to `end`, from tick to tick.
-    fn tick_to(&mut self, start: f64, h: f64, end: f64) -> Result<CompletedStep, Fault> {
-        let near = 1e-9 * h + 8.0 * f64::EPSILON * end.abs();
-        loop {
-            self.tick_due()?;
-            let (now, next) = (self.state.time, self.ticks().next());
-            let until = if next < end - near { next } else { end };
-            let mut step = self.do_plain_step(now, until - now)?;
-            if step.is_whole {
-                self.state.time = until;
-                step.time = until;
-            }
-            let is_end = step.is_whole && until == end;
-            if is_end || step.terminate || M::EVENTS.is_none() && !step.is_whole {
-                step.is_whole &= is_end;
-                return Ok(step);
-            }
-            if self.state.time <= start {
-                return refuse!("t = {start} s: the step makes no progress");
-            }
-        }
-    }
-
-    /// Scheduled Execution: computes what a clock computes, at `t`, s. Returns whether the importer must
-    /// be told of other clocks.
-    pub(crate) fn activate(&mut self, number: u32, t: f64) -> Result<bool, Fault> {
-        let k = self.clock(number)?;
-        let clock = &M::CLOCKS[k];
-        let name = clock.row.name;
-        if !clock.is_input() {
-            return refuse!("`{name}` is a Clock output; only input clocks have a model partition");
-        }
-        let (start, last) = (self.state.start, self.ticks().each[k].last);
-        if !(t.is_finite() && t >= start) || t <= last {
-            let after = if last.is_nan() {
-                format!("at least the start time = {start} s")
-            } else {
-                format!("after its last one, {last} s")
-            };
-            return refuse!("activationTime = {t} s of clock `{name}` must be finite and {after}");
-        }
-        self.model()?;
-        let before = self.state.time;
-        self.state.time = before.max(t);
-        let state = &mut self.state;
-        let (Some(model), Some(ticks)) = (&mut state.model, &mut state.ticks) else {
-            unreachable!("made above");
-        };
-        set_log_filter(self.log_filter, model);
-        let mut next = model.clone();
-        let tick = ticks.each[k].tick(clock, t, start);
-        if let Err(error) = (clock.on_tick)(&mut next, &state.parameters, &state.input.value, tick) {
-            collect_log(&mut self.messages, &mut next);
-            state.time = before;
-            return refuse!("t = {t} s, clock `{name}`: {error}");
-        }
-        *model = next;
-        collect_messages(&mut self.messages, model);
-        let mut has_news = false;
-        for (j, (clock, own)) in M::CLOCKS.iter().zip(&mut ticks.each).enumerate() {
-            let was = (own.is_active, own.interval, own.qualifier);
-            let is_told = own.follow(clock, model, &state.parameters, t, j == k)?;
-            own.is_active = was.0 | is_told;
-            let is_countdown = matches!(clock.timing, Timing::Countdown(_));
-            has_news |= is_told || is_countdown && own.qualifier == Qualifier::Changed;
-        }
-        self.invalidate();
-        Ok(has_news)
-    }
 }
 
 impl ClockState {
     /// The tick of a clock at `t`, s, in a run from `start` on.
-    fn tick<M: Model>(&self, clock: &Clock<M>, t: f64, start: f64) -> Tick {
+    pub(super) fn tick<M: Model>(&self, clock: &Clock<M>, t: f64, start: f64) -> Tick {
         let since = if self.last.is_nan() { start } else { self.last };
         let interval = match clock.is_periodic() {
             true => self.interval,
@@ -517,9 +307,9 @@ impl ClockState {
         Tick { time: t, interval }
     }
 
-    /// After an event or a tick at `t`, s: finds the next tick, and returns whether an output clock has
-    /// become active.
-    fn follow<M: Model>(
+    /// After an event or a tick at `t`, s: finds the next tick, and returns whether an output clock
+    /// has become active.
+    pub(super) fn follow<M: Model>(
         &mut self,
         clock: &Clock<M>,
         model: &mut M,

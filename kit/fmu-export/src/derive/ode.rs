@@ -6,8 +6,8 @@ use crate::core::sizes::{self, fit_start_values};
 use crate::core::solver_step::solve;
 use crate::core::solver_workspace::SolverWorkspace;
 use crate::{
-    Clock, Continuous, Event, Info, InputPolynomial, Log, Model, ModelError, ModelExchange, StepEnd,
-    Variable,
+    Clock, Continuous, Event, Info, InputPolynomial, Log, Model, ModelError, ModelExchange,
+    StepEnd, Variable,
 };
 use fmu_solver::Solver;
 use serde::{Serialize, de::DeserializeOwned};

@@ -25,6 +25,7 @@ functions! { ($) Fmi3 export_fmi3_clocks;
     fmi3SetClock [EVENT_MODE] (vr: *const ValueReference, n: usize, values: *const Boolean)
         |fmi| {
             let (vr, values) = (array(VR, vr, n)?, array("values", values, n)?);
+            each(fmi, vr, |fmi, _, number| fmi.instance.input_clock(number).map(drop))?;
             each(fmi, vr, |fmi, k, number| fmi.instance.set_clock(number, values.get(k) != 0))
         };
     fmi3GetIntervalDecimal [INTERVAL] (vr: *const ValueReference, n: usize, intervals: *mut f64, qualifiers: *mut c_int)
@@ -63,7 +64,8 @@ functions! { ($) Fmi3 export_fmi3_clocks;
         |fmi| each(fmi, array(VR, vr, n)?, |fmi, _, number| not(fmi, number, NO_FRACTION));
 }
 
-const NO_FRACTION: &str = "it does not support fractions; use the function with Decimal in its name";
+const NO_FRACTION: &str =
+    "it does not support fractions; use the function with Decimal in its name";
 
 /// Calls `f` with the index and number of each clock.
 fn each<M: Model>(
@@ -71,8 +73,11 @@ fn each<M: Model>(
     vr: Array<ValueReference>,
     f: impl Fn(&mut Fmi3Instance<M>, usize, u32) -> Result<(), Fault>,
 ) -> Result<(), Fault> {
-    vr.iter().try_for_each(|number| fmi.instance.clock(number).map(drop))?;
-    vr.iter().enumerate().try_for_each(|(k, number)| f(fmi, k, number))
+    vr.iter()
+        .try_for_each(|number| fmi.instance.clock(number).map(drop))?;
+    vr.iter()
+        .enumerate()
+        .try_for_each(|(k, number)| f(fmi, k, number))
 }
 
 /// Refuses something of a clock.
@@ -83,8 +88,8 @@ fn not<M: Model>(fmi: &Fmi3Instance<M>, number: u32, reason: &str) -> Result<(),
 
 const ACTIVATE: Call = Call::new("fmi3ActivateModelPartition", SE | CLOCK_ACTIVATION);
 
-/// fmi3ActivateModelPartition. Preemption is locked meanwhile: a model is not computed by two threads at
-/// once. At its end it tells the importer of clocks that have ticked or been started.
+/// fmi3ActivateModelPartition. Preemption is locked meanwhile: a model is not computed by two
+/// threads at once. At its end it tells the importer of clocks that have ticked or been started.
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry).
@@ -105,7 +110,12 @@ pub unsafe fn fmi3ActivateModelPartition<X: Exported>(
     let Some(schedule) = schedule else {
         return status;
     };
-    let Schedule { lock, unlock, clock_update, environment } = schedule;
+    let Schedule {
+        lock,
+        unlock,
+        clock_update,
+        environment,
+    } = schedule;
     let mut has_news = false;
     // SAFETY: the importer's callbacks, called while no reference to the instance exists.
     unsafe {

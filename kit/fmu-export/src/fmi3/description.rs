@@ -5,12 +5,12 @@ mod terminals;
 mod variables;
 
 use super::instance::Fmi3;
-use crate::{Clock, Model};
 use crate::c_api::description::{Dialect, flag, table_check};
 use crate::c_api::files::{self, Packed};
 use crate::c_api::fmi_instance::Version;
 use crate::core::layout::Layout;
 use crate::core::sizes::StartValues;
+use crate::{Clock, Model};
 
 /// The text of `modelDescription.xml` of FMI 3.0, or the first mistake in the table of variables.
 ///
@@ -35,7 +35,8 @@ fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<String, String>
     let info = &M::INFO;
     let derivatives = flag(info.directional_derivatives || M::MODEL_EXCHANGE.is_some());
     let is_aperiodic = |clock: &Clock<M>| matches!(clock.variability(), "countdown" | "triggered");
-    let early_return = info.early_return || M::EVENTS.is_some() && M::CLOCKS.iter().any(is_aperiodic);
+    let early_return =
+        info.early_return || M::EVENTS.is_some() && M::CLOCKS.iter().any(is_aperiodic);
     let order = if info.output_derivatives { "1" } else { "0" };
     let dialect = Dialect {
         name: Fmi3::NAME,

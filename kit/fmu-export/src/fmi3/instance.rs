@@ -231,8 +231,8 @@ impl<M: Model> Fmi3Instance<M> {
         }
     }
 
-    /// Within a step, refuses variables that were not requested at instantiation; clocked ones only at
-    /// ticks are read.
+    /// Within a step, refuses variables that were not requested at instantiation; and clocked ones
+    /// except at ticks.
     #[inline]
     pub(crate) fn check_update(
         &self,

@@ -190,7 +190,10 @@ unsafe fn refuse_instantiation<X: Exported>(
     log_message: Option<LogMessage>,
 ) -> Instance {
     let log = log::new::<X::Model>(logging_on, environment, log_message);
-    let (has_exchange, is_scheduled) = (X::Model::MODEL_EXCHANGE.is_some(), X::Model::SCHEDULED_EXECUTION);
+    let (has_exchange, is_scheduled) = (
+        X::Model::MODEL_EXCHANGE.is_some(),
+        X::Model::SCHEDULED_EXECUTION,
+    );
     let reason = match (has_exchange, is_scheduled) {
         (false, false) => {
             "this FMU offers Co-Simulation only; it must be instantiated by fmi3InstantiateCoSimulation"

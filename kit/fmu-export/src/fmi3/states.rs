@@ -1,8 +1,8 @@
 //! Sets of states for the call order of FMI 3.0 (FMI 3.0.2, sections 2.3 and 4.2.1), and the names
 //! of the states in messages. Each function in `entry` names the states in which it is allowed.
 
-use crate::c_api::call_order::*;
 pub(crate) use crate::c_api::call_order::CLOCK_ACTIVATION;
+use crate::c_api::call_order::*;
 
 /// Step Mode, where values were set since the last step: nothing can be read before the next one
 /// (section 4.2.1). What must be exchanged at a communication point goes through Event Mode.

@@ -194,9 +194,8 @@ impl<M: Model> Fmu<M> {
     fn ask(&mut self, k: usize, now: f64) {
         let clock = &mut self.clocks[k];
         let (mut interval, mut qualifier) = (f64::NAN, -1);
-        let status = unsafe {
-            fmi3GetIntervalDecimal(self.c, &clock.vr, 1, &mut interval, &mut qualifier)
-        };
+        let status =
+            unsafe { fmi3GetIntervalDecimal(self.c, &clock.vr, 1, &mut interval, &mut qualifier) };
         assert_eq!(status, 0);
         if qualifier == 2 {
             clock.interval = interval;
@@ -226,7 +225,8 @@ impl<M: Model> Fmu<M> {
                     continue;
                 }
                 if matches!(&*clock.kind, "fixed" | "tunable") {
-                    let status = unsafe { fmi3GetShiftDecimal(self.c, &clock.vr, 1, &mut clock.next) };
+                    let status =
+                        unsafe { fmi3GetShiftDecimal(self.c, &clock.vr, 1, &mut clock.next) };
                     assert_eq!(status, 0);
                 }
                 self.ask(k, 0.0);
@@ -234,7 +234,11 @@ impl<M: Model> Fmu<M> {
         } else {
             self.next_input();
         }
-        let exit = if self.is_2() { fmi2ExitInitializationMode } else { fmi3ExitInitializationMode };
+        let exit = if self.is_2() {
+            fmi2ExitInitializationMode
+        } else {
+            fmi3ExitInitializationMode
+        };
         assert_eq!(unsafe { exit(self.c) }, 0);
     }
 
@@ -283,7 +287,10 @@ impl<M: Model> Fmu<M> {
                 } else {
                     let (mut flags, mut time) = ([false; 5], f64::NAN);
                     let [a, b, c, d, e] = flags.each_mut();
-                    assert_eq!(fmi3UpdateDiscreteStates(self.c, a, b, c, d, e, &mut time), 0);
+                    assert_eq!(
+                        fmi3UpdateDiscreteStates(self.c, a, b, c, d, e, &mut time),
+                        0
+                    );
                     again |= flags[0];
                 }
             }
@@ -302,10 +309,18 @@ impl<M: Model> Fmu<M> {
                 break;
             }
         }
-        self.clocks.iter().map(|clock| clock.next).filter(|_| !self.is_2()).fold(next, f64::min)
+        self.clocks
+            .iter()
+            .map(|clock| clock.next)
+            .filter(|_| !self.is_2())
+            .fold(next, f64::min)
     }
 
-    fn read(&self, two: unsafe extern "C-unwind" fn(C, *mut f64, usize) -> c_int, three: unsafe extern "C-unwind" fn(C, *mut f64, usize) -> c_int) -> f64 {
+    fn read(
+        &self,
+        two: unsafe extern "C-unwind" fn(C, *mut f64, usize) -> c_int,
+        three: unsafe extern "C-unwind" fn(C, *mut f64, usize) -> c_int,
+    ) -> f64 {
         let mut value = f64::NAN;
         let f = if self.is_2() { two } else { three };
         assert_eq!(unsafe { f(self.c, &mut value, 1) }, 0);
@@ -314,15 +329,31 @@ impl<M: Model> Fmu<M> {
 
     /// Model Exchange to the next event, or to `end`; x' = 1.
     fn integrate(&self, t: f64, until: f64) -> f64 {
-        let enter = if self.is_2() { fmi2EnterContinuousTimeMode } else { fmi3EnterContinuousTimeMode };
+        let enter = if self.is_2() {
+            fmi2EnterContinuousTimeMode
+        } else {
+            fmi3EnterContinuousTimeMode
+        };
         assert_eq!(unsafe { enter(self.c) }, 0);
         let x = self.read(fmi2GetContinuousStates, fmi3GetContinuousStates);
         let before = self.read(fmi2GetEventIndicators, fmi3GetEventIndicators);
         let go = |to: f64| unsafe {
             let x = x + (to - t);
             match self.is_2() {
-                true => assert_eq!((fmi2SetTime(self.c, to), fmi2SetContinuousStates(self.c, &x, 1)), (0, 0)),
-                false => assert_eq!((fmi3SetTime(self.c, to), fmi3SetContinuousStates(self.c, &x, 1)), (0, 0)),
+                true => assert_eq!(
+                    (
+                        fmi2SetTime(self.c, to),
+                        fmi2SetContinuousStates(self.c, &x, 1)
+                    ),
+                    (0, 0)
+                ),
+                false => assert_eq!(
+                    (
+                        fmi3SetTime(self.c, to),
+                        fmi3SetContinuousStates(self.c, &x, 1)
+                    ),
+                    (0, 0)
+                ),
             }
             self.read(fmi2GetEventIndicators, fmi3GetEventIndicators)
         };
@@ -335,7 +366,11 @@ impl<M: Model> Fmu<M> {
         } else {
             go(until);
         }
-        let enter = if self.is_2() { fmi2EnterEventMode } else { fmi3EnterEventMode };
+        let enter = if self.is_2() {
+            fmi2EnterEventMode
+        } else {
+            fmi3EnterEventMode
+        };
         assert_eq!(unsafe { enter(self.c) }, 0);
         to
     }
@@ -345,7 +380,11 @@ impl<M: Model> Fmu<M> {
         self.initialize();
         let (mut t, mut point) = (0.0, 0);
         let steps = matches!(self.way, Way::Steps2 | Way::Steps3);
-        let mut next = if steps { f64::INFINITY } else { self.events(0.0) };
+        let mut next = if steps {
+            f64::INFINITY
+        } else {
+            self.events(0.0)
+        };
         while t < stop {
             if steps && t > 0.0 && point % 2 == 0 && t == 0.05 * f64::from(point) {
                 self.next_input();
@@ -355,7 +394,8 @@ impl<M: Model> Fmu<M> {
             match self.way {
                 Way::Exchange2 | Way::Exchange3 => {
                     t = self.integrate(t, until);
-                    if self.way == Way::Exchange2 && (t - grid).abs() < 1e-9 && (point + 1) % 2 == 0 {
+                    if self.way == Way::Exchange2 && (t - grid).abs() < 1e-9 && (point + 1) % 2 == 0
+                    {
                         self.next_input();
                     }
                     next = self.events(t);
@@ -370,7 +410,9 @@ impl<M: Model> Fmu<M> {
                     let status = unsafe {
                         match self.is_2() {
                             true => fmi2DoStep(self.c, t, h, 1),
-                            false => fmi3DoStep(self.c, t, h, true, event, terminate, early, &mut last),
+                            false => {
+                                fmi3DoStep(self.c, t, h, true, event, terminate, early, &mut last)
+                            }
                         }
                     };
                     assert_eq!(status, 0);

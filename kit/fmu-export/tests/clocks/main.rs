@@ -33,10 +33,17 @@ fn all_ways_have_the_same_ticks() {
         let mut fmu = Fmu::<Ticking>::new(way);
         fmu.run(1.0);
         let found = fmu.ticks();
-        assert_eq!(found.len(), expected.len(), "{way:?}: {found:?}\n{expected:?}");
+        assert_eq!(
+            found.len(),
+            expected.len(),
+            "{way:?}: {found:?}\n{expected:?}"
+        );
         for (found, exact) in found.iter().zip(&expected) {
             let error = (0..3).map(|k| (found[k] - exact[k]).abs());
-            assert!(error.fold(0.0, f64::max) < 1e-9, "{way:?}: {found:?} {exact:?}");
+            assert!(
+                error.fold(0.0, f64::max) < 1e-9,
+                "{way:?}: {found:?} {exact:?}"
+            );
         }
         // The input was 1, 2, … at the ticks of `constant`.
         assert_eq!(fmu.sums, [66.0, 55.0], "{way:?}");
@@ -51,16 +58,38 @@ fn the_description_has_clocks_in_fmi_3_alone() {
     );
     assert!(!two.contains("<Clock") && !two.contains("\"alarm\""));
     let line = |name: &str| {
-        let line = three.lines().find(|line| line.contains(&format!(" name=\"{name}\"")));
+        let line = three
+            .lines()
+            .find(|line| line.contains(&format!(" name=\"{name}\"")));
         line.unwrap_or_else(|| panic!("{name}")).trim().to_owned()
     };
     let has = |name: &str, parts: &[&str]| {
         let line = line(name);
         assert!(parts.iter().all(|part| line.contains(part)), "{line}");
     };
-    has("constant", &["<Clock ", "causality=\"input\"", "intervalVariability=\"constant\"", "intervalDecimal=\"0.1\""]);
-    has("fixed", &["intervalVariability=\"fixed\"", "intervalDecimal=\"0.2\"", "shiftDecimal=\"0.05\""]);
-    for (name, kind) in [("calculated", "fixed"), ("tunable", "tunable"), ("changing", "changing"), ("alarm", "countdown")] {
+    has(
+        "constant",
+        &[
+            "<Clock ",
+            "causality=\"input\"",
+            "intervalVariability=\"constant\"",
+            "intervalDecimal=\"0.1\"",
+        ],
+    );
+    has(
+        "fixed",
+        &[
+            "intervalVariability=\"fixed\"",
+            "intervalDecimal=\"0.2\"",
+            "shiftDecimal=\"0.05\"",
+        ],
+    );
+    for (name, kind) in [
+        ("calculated", "fixed"),
+        ("tunable", "tunable"),
+        ("changing", "changing"),
+        ("alarm", "countdown"),
+    ] {
         has(name, &[&format!("intervalVariability=\"{kind}\"")]);
         assert!(!line(name).contains("intervalDecimal") && !line(name).contains("initial"));
     }
@@ -71,6 +100,18 @@ fn the_description_has_clocks_in_fmi_3_alone() {
     let sum = reference(&three, "sum");
     assert!(three.contains(&format!("<ClockedState valueReference=\"{sum}\"")));
     // All other value references are as without clocks.
-    let last = ["x", "sum", "sum_before", "times", "kinds", "intervals", "der(x)", "below"];
-    assert!(last.map(|name| reference(&three, name)).into_iter().max() < Some(reference(&three, "constant")));
+    let last = [
+        "x",
+        "sum",
+        "sum_before",
+        "times",
+        "kinds",
+        "intervals",
+        "der(x)",
+        "below",
+    ];
+    assert!(
+        last.map(|name| reference(&three, name)).into_iter().max()
+            < Some(reference(&three, "constant"))
+    );
 }

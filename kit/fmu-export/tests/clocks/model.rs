@@ -88,10 +88,30 @@ impl Ode for Ticking {
     const CLOCKS: &'static [Clock<Self>] = &[
         Clock::constant("constant", "Every 0.1 s", 0.1, Self::sample),
         Clock::fixed("fixed", "From 0.05 s on", 0.2, Self::tick::<2>).shift(0.05),
-        Clock::calculated("calculated", "Of a parameter", |p| p.calculated_period, Self::tick::<3>),
-        Clock::tunable("tunable", "Of a tunable parameter", |p| p.tunable_period, Self::tick::<4>),
-        Clock::changing("changing", "Longer each time", |x, _p| 0.11 * f64::from(x.kinds().filter(|k| *k == 5.0).count() as i32 + 1), Self::tick::<5>),
-        Clock::countdown("alarm", "12.5 ms after a level", |x| x.delay.take(), Self::tick::<6>),
+        Clock::calculated(
+            "calculated",
+            "Of a parameter",
+            |p| p.calculated_period,
+            Self::tick::<3>,
+        ),
+        Clock::tunable(
+            "tunable",
+            "Of a tunable parameter",
+            |p| p.tunable_period,
+            Self::tick::<4>,
+        ),
+        Clock::changing(
+            "changing",
+            "Longer each time",
+            |x, _p| 0.11 * f64::from(x.kinds().filter(|k| *k == 5.0).count() as i32 + 1),
+            Self::tick::<5>,
+        ),
+        Clock::countdown(
+            "alarm",
+            "12.5 ms after a level",
+            |x| x.delay.take(),
+            Self::tick::<6>,
+        ),
     ];
 
     const INDICATORS: &'static [Variable<Self>] =

@@ -61,17 +61,26 @@ unsafe extern "C-unwind" fn update(environment: C) {
     let (mut ticks, mut interval, mut qualifier) = (false, f64::NAN, -1);
     unsafe {
         assert_eq!(fmi3GetClock(c, &OUT, 1, &mut ticks), 0);
-        assert_eq!(fmi3GetIntervalDecimal(c, &IN[2], 1, &mut interval, &mut qualifier), 0);
+        assert_eq!(
+            fmi3GetIntervalDecimal(c, &IN[2], 1, &mut interval, &mut qualifier),
+            0
+        );
     }
     UPDATES.lock().unwrap().push((ticks, qualifier));
 }
 
 unsafe extern "C-unwind" fn log(_: C, _: c_int, _: *const c_char, text: *const c_char) {
     let text = unsafe { CStr::from_ptr(text) };
-    MESSAGES.lock().unwrap().push(text.to_string_lossy().into_owned());
+    MESSAGES
+        .lock()
+        .unwrap()
+        .push(text.to_string_lossy().into_owned());
 }
 
-struct Fmu(C, #[expect(dead_code, reason = "held")] MutexGuard<'static, ()>);
+struct Fmu(
+    C,
+    #[expect(dead_code, reason = "held")] MutexGuard<'static, ()>,
+);
 
 fn token() -> CString {
     let xml = model_description3::<Clocks>().unwrap();
@@ -87,7 +96,16 @@ impl Fmu {
         let token = token();
         let c = unsafe {
             fmi3InstantiateScheduledExecution(
-                c"clocks".as_ptr(), token.as_ptr(), ptr::null(), false, true, 7 as C, Some(log), update, lock, unlock,
+                c"clocks".as_ptr(),
+                token.as_ptr(),
+                ptr::null(),
+                false,
+                true,
+                7 as C,
+                Some(log),
+                update,
+                lock,
+                unlock,
             )
         };
         assert!(!c.is_null());
@@ -99,7 +117,10 @@ impl Fmu {
 
     fn initialize(&self) {
         unsafe {
-            assert_eq!(fmi3EnterInitializationMode(self.0, false, 0.0, 0.0, false, 0.0), 0);
+            assert_eq!(
+                fmi3EnterInitializationMode(self.0, false, 0.0, 0.0, false, 0.0),
+                0
+            );
             assert_eq!(fmi3ExitInitializationMode(self.0), 0);
         }
     }
@@ -110,7 +131,10 @@ impl Fmu {
 
     fn get(&self) -> [i32; 6] {
         let (vrs, mut values) = ([2001, 2002, 2003, 2004, 2005, 2007], [0; 6]);
-        assert_eq!(unsafe { fmi3GetInt32(self.0, vrs.as_ptr(), 6, values.as_mut_ptr(), 6) }, 0);
+        assert_eq!(
+            unsafe { fmi3GetInt32(self.0, vrs.as_ptr(), 6, values.as_mut_ptr(), 6) },
+            0
+        );
         values
     }
 }
@@ -177,7 +201,10 @@ fn threads_wait_for_each_other() {
                     let t = f64::from(n);
                     assert_eq!(unsafe { fmi3ActivateModelPartition(shared.0, IN[k], t) }, 0);
                     let mut value = 0;
-                    assert_eq!(unsafe { fmi3GetInt32(shared.0, &[2001, 2002][k], 1, &mut value, 1) }, 0);
+                    assert_eq!(
+                        unsafe { fmi3GetInt32(shared.0, &[2001, 2002][k], 1, &mut value, 1) },
+                        0
+                    );
                     assert_eq!(value, n + 1);
                 }
             });
@@ -195,17 +222,26 @@ fn wrong_calls_are_refused() {
         assert!(text.contains(words), "{text}");
     };
     assert_eq!(fmu.activate(0, 1.0), 0);
-    refused(fmu.activate(0, 1.0), "must be finite and after its last one, 1 s");
+    refused(
+        fmu.activate(0, 1.0),
+        "must be finite and after its last one, 1 s",
+    );
     refused(fmu.activate(0, f64::NAN), "activationTime = NaN s");
     refused(fmu.activate(1, -1.0), "at least the start time = 0 s");
     let partition = |vr| unsafe { fmi3ActivateModelPartition(fmu.0, vr, 2.0) };
     refused(partition(OUT), "`outClock` is a Clock output");
     refused(partition(2001), "must be a Clock");
     refused(partition(9999), "unknown value reference 9999");
-    refused(unsafe { fmi3SetClock(fmu.0, &IN[0], 1, &true) }, "Clock Activation Mode");
+    refused(
+        unsafe { fmi3SetClock(fmu.0, &IN[0], 1, &true) },
+        "Clock Activation Mode",
+    );
     let mut flags = [false; 3];
     let [a, b, c] = flags.each_mut();
-    refused(unsafe { fmi3DoStep(fmu.0, 0.0, 1.0, true, a, b, c, &mut 0.0) }, "for Scheduled Execution");
+    refused(
+        unsafe { fmi3DoStep(fmu.0, 0.0, 1.0, true, a, b, c, &mut 0.0) },
+        "for Scheduled Execution",
+    );
     assert_eq!(fmu.get()[..4], [1, 0, 0, 1]);
     assert_eq!(unsafe { fmi3Reset(fmu.0) }, 0);
     refused(fmu.activate(0, 1.0), "not allowed in state Instantiated");
@@ -218,26 +254,48 @@ fn wrong_calls_are_refused() {
 fn triggered_clocks_are_of_event_mode() {
     assert_eq!(check::<Clocks>(), [""; 0]);
     let error = model_description::<Clocks>().unwrap_err();
-    assert!(error.contains("clock `inClock2` is triggered, which is of FMI 3.0"), "{error}");
+    assert!(
+        error.contains("clock `inClock2` is triggered, which is of FMI 3.0"),
+        "{error}"
+    );
     let xml = model_description3::<Clocks>().unwrap();
     assert!(xml.contains("<ScheduledExecution modelIdentifier=\"Clocks\""));
     for (k, name) in ["inClock1", "inClock2", "inClock3"].iter().enumerate() {
-        let line = xml.lines().find(|line| line.contains(&format!("name=\"{name}\""))).unwrap();
+        let line = xml
+            .lines()
+            .find(|line| line.contains(&format!("name=\"{name}\"")))
+            .unwrap();
         assert!(line.contains(&format!("priority=\"{k}\"")), "{line}");
     }
     let _guard = TEST.lock().unwrap_or_else(|e| e.into_inner());
     let token = token();
     let instance = |event_mode| unsafe {
         fmi3InstantiateCoSimulation(
-            c"clocks".as_ptr(), token.as_ptr(), ptr::null(), false, true, event_mode, false, ptr::null(), 0, ptr::null_mut(), Some(log),
+            c"clocks".as_ptr(),
+            token.as_ptr(),
+            ptr::null(),
+            false,
+            true,
+            event_mode,
+            false,
+            ptr::null(),
+            0,
+            ptr::null_mut(),
+            Some(log),
             ptr::null_mut(),
         )
     };
     assert!(instance(false).is_null());
-    assert!(last_message().contains("eventModeUsed is false; it must be true, because clock `inClock2`"));
+    assert!(
+        last_message()
+            .contains("eventModeUsed is false; it must be true, because clock `inClock2`")
+    );
     let c = instance(true);
     unsafe {
-        assert_eq!(fmi3EnterInitializationMode(c, false, 0.0, 0.0, false, 0.0), 0);
+        assert_eq!(
+            fmi3EnterInitializationMode(c, false, 0.0, 0.0, false, 0.0),
+            0
+        );
         assert_eq!(fmi3ExitInitializationMode(c), 0);
         // An output clock is active at once with the clock that makes it tick, and not without.
         let total = || {
@@ -255,7 +313,11 @@ fn triggered_clocks_are_of_event_mode() {
             assert_eq!(total(), (n, n % 5 == 0));
             assert_eq!(update_states(c), 0);
         }
-        assert_ne!(fmi3GetInt32(c, &2004, 1, &mut 0, 1), 0, "no clock is active");
+        assert_ne!(
+            fmi3GetInt32(c, &2004, 1, &mut 0, 1),
+            0,
+            "no clock is active"
+        );
         assert_eq!(fmi3EnterStepMode(c), 0);
         fmi3FreeInstance(c);
     }
@@ -263,7 +325,15 @@ fn triggered_clocks_are_of_event_mode() {
 
 unsafe fn update_states(c: C) -> c_int {
     unsafe extern "C-unwind" {
-        fn fmi3UpdateDiscreteStates(c: C, a: *mut bool, b: *mut bool, d: *mut bool, e: *mut bool, f: *mut bool, t: *mut f64) -> c_int;
+        fn fmi3UpdateDiscreteStates(
+            c: C,
+            a: *mut bool,
+            b: *mut bool,
+            d: *mut bool,
+            e: *mut bool,
+            f: *mut bool,
+            t: *mut f64,
+        ) -> c_int;
     }
     let mut flags = [false; 5];
     let [a, b, d, e, f] = flags.each_mut();

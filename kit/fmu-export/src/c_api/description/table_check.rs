@@ -146,7 +146,10 @@ fn clocks<M: Model>() -> Result<(), String> {
     }
     let has_partition = M::CLOCKS.iter().any(Clock::is_input);
     if M::SCHEDULED_EXECUTION && !(has_partition && M::MODEL_EXCHANGE.is_none()) {
-        return Err("Scheduled Execution is for a model with input clocks and without continuous states".to_owned());
+        return Err(
+            "Scheduled Execution is for a model with input clocks and without continuous states"
+                .to_owned(),
+        );
     }
     Ok(())
 }
