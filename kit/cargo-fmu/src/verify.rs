@@ -13,6 +13,7 @@ use fmi_description::{Access, Archive, Causality, Description, Variability, Vari
 use fmi_import::Fmu;
 use fmi_import::instance::{Instance, InstanceOptions, start_time, step_size};
 use fmi_import::standard::Mode;
+use fmi_import::status::OK;
 
 use crate::reference::{References, Table};
 
@@ -232,7 +233,15 @@ fn simulate(
             }
             next = next.min(t);
             let from = instance.time;
-            instance.step(next - from)?;
+            if let Err(error) = instance.step(next - from) {
+                // FMI 2.0 discards the step in which an FMU ends the simulation.
+                let (mut ends, mut last) = (0, from);
+                let is_told =
+                    instance.is_terminated(&mut ends) == OK && instance.last_time(&mut last) == OK;
+                if !(is_told && ends != 0 && last >= next - near) {
+                    return Err(error);
+                }
+            }
             instance.time = next;
         }
         rows.push(read(&instance, variables)?);

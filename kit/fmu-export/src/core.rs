@@ -9,6 +9,7 @@ pub(crate) mod binary;
 pub(crate) mod block_access;
 pub(crate) mod causality;
 pub(crate) mod clock;
+pub(crate) mod clock_state;
 pub(crate) mod configuration;
 pub(crate) mod continuous;
 pub(crate) mod counted_input;

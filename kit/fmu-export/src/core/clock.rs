@@ -1,50 +1,9 @@
-//! [`Clock`], with which a model says when a part of it is computed, and [`Tick`], what that part
-//! gets. Clocks are variables of FMI 3.0, which the importer ticks; `ticks` does so in FMI 2.0.
+//! The constructors of a [`Clock`], with which a model says when a part of it is computed. Clocks
+//! are variables of FMI 3.0, which the importer ticks; in FMI 2.0 `ticking` does.
 
 use super::causality::Causality;
-use super::error::ModelError;
-use super::impl_copy::impl_copy;
-use super::model::{Model, Variable};
+use super::model::{Clock, Model, OnTick, Timing, Variable};
 use super::storage::Storage;
-
-/// A tick of a clock.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tick {
-    /// Its time, s.
-    pub time: f64,
-    /// The period of a periodic clock; else the time since the last tick, or since the start, s.
-    pub interval: f64,
-}
-
-/// What a clock computes at a tick, of parameters and inputs. On `Err` the tick has not been.
-pub type OnTick<M> =
-    fn(&mut M, &<M as Model>::Parameters, &<M as Model>::Input, Tick) -> Result<(), ModelError>;
-
-/// A clock of a model, a row of [`Model::CLOCKS`](crate::Model::CLOCKS). Clocks that tick at one
-/// time do so in the order of that table, which is that of their priorities.
-///
-/// Variables belong to a clock by [`Variable::clocks`], with derives `#[fmu(clock = sample)]`.
-pub struct Clock<M: Model> {
-    pub(crate) row: Variable<M>,
-    pub(crate) timing: Timing<M>,
-    /// Delay of the first tick of a periodic clock, s.
-    pub(crate) shift: f64,
-    pub(crate) on_tick: OnTick<M>,
-}
-
-/// When a clock ticks.
-pub(crate) enum Timing<M: Model> {
-    Constant(f64),
-    Fixed(f64),
-    Calculated(fn(&M::Parameters) -> f64),
-    Tunable(fn(&M::Parameters) -> f64),
-    Changing(fn(&M, &M::Parameters) -> f64),
-    Countdown(fn(&mut M) -> Option<f64>),
-    Triggered,
-    Output(fn(&mut M) -> bool),
-}
-
-impl_copy! { [M: Model] Clock<M>; [M: Model] Timing<M>; }
 
 impl<M: Model> Clock<M> {
     /// Ticks every `period` s, from the start on.

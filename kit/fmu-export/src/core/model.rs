@@ -1,10 +1,9 @@
 //! [`Model`], the trait that a model implements, and [`Variable`], a row of its table of variables.
 
 use super::causality::{Causality, Dependencies};
-use super::clock::Clock;
 use super::enumeration::Enumeration;
 use super::error::ModelError;
-use super::event::Event;
+use super::event::{Event, Tick};
 use super::impl_copy::impl_copy;
 use super::info::Info;
 use super::input::InputPolynomial;
@@ -246,6 +245,36 @@ pub struct Variable<M: Model> {
 }
 
 impl_copy! { [M: Model] Variable<M>; }
+
+/// What a clock computes at a tick, of parameters and inputs. On `Err` the tick has not been.
+pub type OnTick<M> =
+    fn(&mut M, &<M as Model>::Parameters, &<M as Model>::Input, Tick) -> Result<(), ModelError>;
+
+/// A clock of a model, a row of [`Model::CLOCKS`](crate::Model::CLOCKS). Clocks that tick at one
+/// time do so in the order of that table, which is that of their priorities.
+///
+/// Variables belong to a clock by [`Variable::clocks`], with derives `#[fmu(clock = sample)]`.
+pub struct Clock<M: Model> {
+    pub(crate) row: Variable<M>,
+    pub(crate) timing: Timing<M>,
+    /// Delay of the first tick of a periodic clock, s.
+    pub(crate) shift: f64,
+    pub(crate) on_tick: OnTick<M>,
+}
+
+/// When a clock ticks.
+pub(crate) enum Timing<M: Model> {
+    Constant(f64),
+    Fixed(f64),
+    Calculated(fn(&M::Parameters) -> f64),
+    Tunable(fn(&M::Parameters) -> f64),
+    Changing(fn(&M, &M::Parameters) -> f64),
+    Countdown(fn(&mut M) -> Option<f64>),
+    Triggered,
+    Output(fn(&mut M) -> bool),
+}
+
+impl_copy! { [M: Model] Clock<M>; [M: Model] Timing<M>; }
 
 /// The equations of a model for Model Exchange: those of [`Continuous`](crate::Continuous).
 pub struct ModelExchange<M: Model> {

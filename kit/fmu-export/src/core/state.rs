@@ -1,10 +1,10 @@
 //! The state of an instance (all that a saved state holds), for steps, access and `saved`.
 
+use super::clock_state::Ticks;
 use super::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 use super::layout::Layout;
 use super::model::{Model, zeros};
 use super::phase::Phase;
-use super::ticks::Ticks;
 use serde::{Deserialize, Serialize};
 
 /// The state of an instance, which is also what a saved state holds.

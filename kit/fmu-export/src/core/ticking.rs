@@ -1,13 +1,13 @@
 //! What clocks compute at their ticks, for `fmi3` and `fmi2`: in Event Mode, in steps in which the
 //! instance ticks its clocks itself, and in Scheduled Execution.
 
-use super::clock::Timing;
+use super::clock_state::Qualifier;
 use super::event::MOST_ITERATIONS;
 use super::fault::{Fault, refuse};
 use super::instance::{Instance, collect_log, collect_messages, set_log_filter};
+use super::model::Timing;
 use super::model_exchange::EventOutcome;
 use super::step::CompletedStep;
-use super::ticks::Qualifier;
 use crate::{Event, Model, ModelError};
 
 impl<M: Model> Instance<M> {
@@ -82,6 +82,7 @@ impl<M: Model> Instance<M> {
     fn handle_event_with_ticks(&mut self) -> Result<EventOutcome, Fault> {
         let has_equations = M::MODEL_EXCHANGE.or(M::EVENTS).is_some();
         if self.ticks_itself {
+            self.refresh_all()?;
             self.activate_due();
         }
         let has_ticked = self
@@ -111,6 +112,11 @@ impl<M: Model> Instance<M> {
         Ok(outcome)
     }
 
+    /// Computes the intervals that follow parameters, which may have been tuned.
+    fn refresh_all(&mut self) -> Result<(), Fault> {
+        (0..M::CLOCKS.len()).try_for_each(|k| self.refresh(k))
+    }
+
     /// Activates the clocks that are due; returns whether there are any.
     fn activate_due(&mut self) -> bool {
         let t = self.state.time;
@@ -127,9 +133,7 @@ impl<M: Model> Instance<M> {
     /// Where the importer ticks no clocks: ticks those that are due at the present time.
     pub(crate) fn tick_due(&mut self) -> Result<(), Fault> {
         self.end_ticks()?;
-        for k in 0..M::CLOCKS.len() {
-            self.refresh(k)?; // a parameter may have been tuned
-        }
+        self.refresh_all()?;
         for _ in 0..MOST_ITERATIONS {
             if !self.activate_due() {
                 return Ok(());
@@ -152,7 +156,11 @@ impl<M: Model> Instance<M> {
     pub(super) fn do_step_with_ticks(&mut self, t: f64, h: f64) -> Result<CompletedStep, Fault> {
         let from_now = self.check_step(t, h)?;
         let start = self.state.time;
-        self.or_restore(|instance| instance.tick_to(start, from_now, t + h))
+        let done = self.or_restore(|instance| instance.tick_to(start, from_now, t + h));
+        done.map_err(|fault| match fault {
+            Fault::Refused(text) => Fault::Discarded(text), // a shorter step may be possible
+            fault => fault,
+        })
     }
 
     /// Calls `f`; on an error the state is as before.

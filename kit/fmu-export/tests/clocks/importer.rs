@@ -377,6 +377,11 @@ impl<M: Model> Fmu<M> {
 
     /// A run to `stop`, with communication points every 50 ms and at ticks.
     pub fn run(&mut self, stop: f64) {
+        self.run_to(stop, |_, _| ());
+    }
+
+    /// The same, with something done at each communication point.
+    pub fn run_to(&mut self, stop: f64, at: impl Fn(&Self, f64)) {
         self.initialize();
         let (mut t, mut point) = (0.0, 0);
         let steps = matches!(self.way, Way::Steps2 | Way::Steps3);
@@ -385,7 +390,8 @@ impl<M: Model> Fmu<M> {
         } else {
             self.events(0.0)
         };
-        while t < stop {
+        while t < stop - 1e-9 {
+            at(self, t);
             if steps && t > 0.0 && point % 2 == 0 && t == 0.05 * f64::from(point) {
                 self.next_input();
             }

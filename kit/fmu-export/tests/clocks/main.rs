@@ -115,3 +115,25 @@ fn the_description_has_clocks_in_fmi_3_alone() {
             < Some(reference(&three, "constant"))
     );
 }
+
+/// A tunable period counts from the last tick, wherever the clock is ticked.
+#[test]
+fn a_period_is_tuned() {
+    for way in [Way::Steps2, Way::Steps3] {
+        let mut fmu = Fmu::<Ticking>::new(way);
+        fmu.run_to(0.3, |fmu, t| {
+            if (t - 0.1).abs() < 1e-9 {
+                assert_eq!(fmu.set("tunable_period", 0.06), 0);
+            }
+        });
+        let times: Vec<_> = (fmu.ticks().iter().filter(|tick| tick[1] == 4.0))
+            .map(|tick| tick[0])
+            .collect();
+        // At 0 with 0.25 s; from 0.1 s on 0.06 s after 0, that is at once, and every 0.06 s.
+        let expected = [0.0, 0.1, 0.16, 0.22, 0.28];
+        assert_eq!(times.len(), expected.len(), "{way:?}: {times:?}");
+        for (found, exact) in times.iter().zip(expected) {
+            assert!((found - exact).abs() < 1e-9, "{way:?}: {times:?}");
+        }
+    }
+}
