@@ -126,16 +126,17 @@ impl Arguments {
                 let deviation = match (numbers(a), numbers(b)) {
                     (Some(a), Some(b)) if a.len() == b.len() => {
                         let each = a.iter().zip(&b).map(|(a, b)| (a - b).abs() / scale);
-                        each.fold(0.0, |a: f64, b| if a >= b { a } else { b })
+                        let worst = each.fold(0.0, |a: f64, b| if a >= b { a } else { b });
+                        if worst.is_nan() { f64::INFINITY } else { worst }
                     }
                     _ if a.eq_ignore_ascii_case(b) => 0.0,
                     _ => f64::INFINITY,
                 };
-                if !(deviation <= worst) {
+                if deviation > worst {
                     worst = deviation;
                     place = format!(": `{name}` at {t} s");
                 }
-                if !(deviation <= self.tolerance) && wrong.len() < 5 {
+                if deviation > self.tolerance && wrong.len() < 5 {
                     wrong.push(format!("\n  t = {t} s: `{name}` = {b}; it must be {a}"));
                 }
             }

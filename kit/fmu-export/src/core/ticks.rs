@@ -88,7 +88,7 @@ impl<M: Model> Instance<M> {
                 all.into_iter()
                     .any(|(c, state)| c.row.name == *name && state.is_active)
             };
-            if !row.clocks.is_empty() && !row.clocks.iter().any(|name| is_active(name)) {
+            if !row.clocks.is_empty() && !row.clocks.iter().any(is_active) {
                 let (name, clocks) = (self.name(row, i), row.clocks.join("`, `"));
                 return refuse!(
                     "`{name}` belongs to the clock `{clocks}`, which is not active; it can be {to} in Event Mode at a tick"

@@ -20,7 +20,10 @@ functions! { ($) Fmi3 export_fmi3_clocks;
     fmi3GetClock [EVENT_MODE | CLOCK_ACTIVATION] (vr: *const ValueReference, n: usize, values: *mut Boolean)
         |fmi| {
             let (vr, to) = (array(VR, vr, n)?, array_mut("values", values, n)?);
-            each(fmi, vr, |fmi, k, number| Ok(to.put(k, fmi.instance.get_clock(number)?.into())))
+            each(fmi, vr, |fmi, k, number| {
+                to.put(k, fmi.instance.get_clock(number)?.into());
+                Ok(())
+            })
         };
     fmi3SetClock [EVENT_MODE] (vr: *const ValueReference, n: usize, values: *const Boolean)
         |fmi| {
@@ -44,7 +47,10 @@ functions! { ($) Fmi3 export_fmi3_clocks;
     fmi3GetShiftDecimal [INITIALIZATION_MODE] (vr: *const ValueReference, n: usize, shifts: *mut f64)
         |fmi| {
             let (vr, to) = (array(VR, vr, n)?, array_mut("shifts", shifts, n)?);
-            each(fmi, vr, |fmi, k, number| Ok(to.put(k, fmi.instance.shift(number)?)))
+            each(fmi, vr, |fmi, k, number| {
+                to.put(k, fmi.instance.shift(number)?);
+                Ok(())
+            })
         };
     fmi3SetIntervalDecimal [INTERVAL] (vr: *const ValueReference, n: usize, intervals: *const f64)
         |fmi| {
