@@ -12,7 +12,7 @@ import fmpy
 import pytest
 from fmpy.fmi3 import FMU3ScheduledExecution
 
-from native import program
+from native import cargo_fmu, program
 from test_sizes import pack
 
 SOURCES = Path(__file__).parent / "scheduled"
@@ -58,6 +58,11 @@ def driver(name, fmu, description, folder):
     assert done.returncode == 0, done.stdout + done.stderr
     assert "Error" not in done.stdout, done.stdout
     return done.stdout
+
+
+def test_check(fmu):
+    done = cargo_fmu("check", fmu)
+    assert done.returncode == 0 and " 0 failed" in done.stdout, done.stdout
 
 
 @COMPILED

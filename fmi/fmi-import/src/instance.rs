@@ -377,9 +377,10 @@ impl<'a> Instance<'a> {
     }
 }
 
-/// Value references of the variables that a condition selects.
+/// Value references of the variables that a condition selects, without those that can only be set
+/// and read at the ticks of a clock.
 pub fn references(variables: &[Variable], fits: impl Fn(&Variable) -> bool) -> Vec<u32> {
-    let fitting = variables.iter().filter(|v| fits(v));
+    let fitting = variables.iter().filter(|v| v.clocks.is_empty() && fits(v));
     fitting.map(|v| v.reference).collect()
 }
 
