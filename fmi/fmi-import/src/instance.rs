@@ -42,6 +42,8 @@ pub struct InstanceOptions<'a> {
     pub gives_memory: bool,
     /// A call that must succeed may return Warning.
     pub may_warn: bool,
+    /// Event Mode of FMI 3.0 is used, where the FMU has it.
+    pub event_mode: bool,
 }
 
 impl InstanceOptions<'_> {
@@ -52,6 +54,7 @@ impl InstanceOptions<'_> {
         is_logging: false,
         gives_memory: true,
         may_warn: true,
+        event_mode: true,
     };
     /// As FMUs made with fmu-export allow: no functions for memory, and no warnings from calls.
     pub const STRICT: Self = Self {
@@ -75,6 +78,7 @@ pub struct Instance<'a> {
     experiment: Experiment,
     /// It stays in Event Mode between steps, where FMI 3.0 allows a get after a set.
     in_events: bool,
+    has_events: bool,
     may_warn: bool,
 }
 
@@ -102,7 +106,7 @@ impl<'a> Instance<'a> {
             token: Some(&token),
             resources: (!fmu.resources.is_empty()).then_some(&fmu.resources),
             is_logging: options.is_logging,
-            has_events: fmu.functions.has_event_mode(),
+            has_events: options.event_mode && fmu.functions.has_event_mode(),
             returns_early: false,
             given: match options.gives_memory {
                 true => CallbackSet::LoggerAndMemory,
@@ -119,6 +123,7 @@ impl<'a> Instance<'a> {
             time: 0.0,
             experiment: Experiment::default(),
             in_events: false,
+            has_events: options.event_mode && fmu.functions.has_event_mode(),
             may_warn: options.may_warn,
         })
     }
@@ -210,8 +215,7 @@ impl<'a> Instance<'a> {
             }
             Mode::Terminated => ("fmi2Terminate", raw.terminate()),
         };
-        let has_events = self.fmu.functions.has_event_mode();
-        self.in_events = has_events && matches!(mode, Mode::Event | Mode::Stepping);
+        self.in_events = self.has_events && matches!(mode, Mode::Event | Mode::Stepping);
         self.must(name, status)
     }
 
@@ -373,9 +377,10 @@ impl<'a> Instance<'a> {
     }
 }
 
-/// Value references of the variables that a condition selects.
+/// Value references of the variables that a condition selects, without those that can only be set
+/// and read at the ticks of a clock.
 pub fn references(variables: &[Variable], fits: impl Fn(&Variable) -> bool) -> Vec<u32> {
-    let fitting = variables.iter().filter(|v| fits(v));
+    let fitting = variables.iter().filter(|v| v.clocks.is_empty() && fits(v));
     fitting.map(|v| v.reference).collect()
 }
 

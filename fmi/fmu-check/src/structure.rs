@@ -112,13 +112,14 @@ pub fn check(root: &Element, variables: &[Variable], version: Version, report: &
         compare_list(&outputs, variables, is_output, is_output),
     );
     let states = states(&structure, variables);
+    let is_ticking = |v: &Variable| v.is_clocked() || v.typed.tag.as_str() == "Clock";
     let is_initial_unknown = |v: &Variable| {
         let is_computed = matches!(v.initial, "approx" | "calculated");
         let is_listed =
             matches!(v.causality, "output" | "calculatedParameter") || states.contains(v.name);
-        is_computed && is_listed && v.variability != "constant" && !v.is_clocked()
+        is_computed && is_listed && v.variability != "constant" && !is_ticking(v)
     };
-    let may_be = |v: &Variable| is_initial_unknown(v) || v.is_clocked();
+    let may_be = |v: &Variable| is_initial_unknown(v) || is_ticking(v);
     let initial = structure.all(&structure.initial, variables);
     report.push(
         AREA,

@@ -10,7 +10,10 @@ pub mod new;
 pub mod notices;
 pub mod pack;
 pub mod process;
+pub mod reference;
 pub mod target;
+#[cfg(feature = "check")]
+pub mod verify;
 #[cfg(feature = "wasm")]
 pub mod wasm;
 #[cfg(feature = "wasm")]

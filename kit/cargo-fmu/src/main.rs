@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 use cargo_fmu::process::end;
 use cargo_fmu::workspace::{Source, Workspace};
-use cargo_fmu::{new, pack, wasm, web};
+use cargo_fmu::{new, pack, verify, wasm, web};
 use clap::{Args, Parser, Subcommand};
 
 /// Cargo hands its subcommands their own name first.
@@ -75,6 +75,9 @@ enum Command {
     /// Check FMUs, whoever made them: archive, description, libraries, and what they do when they
     /// are run
     Check(fmu_check::Arguments),
+    /// Run the default experiment of an FMU and compare it with the results that it carries
+    /// (FMI-LS-REF), or write such results
+    Verify(verify::Arguments),
     /// Make one HTML file that runs an FMU or a packed system in any browser, from a folder
     Web {
         /// FMU or SSP with WebAssembly
@@ -144,6 +147,7 @@ fn run(command: Command) -> Result<ExitCode> {
             let sources = Source::chosen(packages, Vec::new());
             wasm::add(&workspace, &sources, &pack::profile(&profile), &fmus)?;
         }
+        Command::Verify(arguments) => return arguments.run(),
         Command::Check(arguments) => return arguments.run(&["fmu", "check"]),
         Command::Web {
             model,

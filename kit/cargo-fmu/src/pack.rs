@@ -5,13 +5,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, ensure};
 
-use fmi_description::Version;
+use fmi_description::{Kind, Version};
 
 use crate::library::UnsupportedType;
 use crate::notices::Notices;
 use crate::target::{self, Target, Tools};
 use crate::workspace::{Package, Source, Workspace};
-use crate::{library, licences};
+use crate::{library, licences, reference};
 use fmi_description::{Entries, entries};
 use fmi_import::platform;
 use fmi_import::platform::Platform;
@@ -151,6 +151,9 @@ pub fn fmus(
             let others = package_files(workspace, package, notices)?;
             let of_3 = pack_fmu(Version::Fmi3, library, &libraries, &others, &out_3)?;
             let of_2 = pack_fmu(Version::Fmi2, library, &libraries, &others, out);
+            if of_2.is_ok() {
+                tell_clocks(library)?;
+            }
             of_2.or_else(|error| {
                 let lacking = error.downcast::<UnsupportedType>()?;
                 eprintln!("not packed for FMI 2.0: {lacking}");
@@ -183,6 +186,19 @@ fn check_sizes(sizes: &[String]) -> Result<()> {
         "--size {}: is given twice",
         names[twice.unwrap_or(0)]
     );
+    Ok(())
+}
+
+/// Says what becomes of a model's clocks in FMI 2.0.
+fn tell_clocks(library: &Path) -> Result<()> {
+    let files = library::exported_files(library, Version::Fmi3)?;
+    let variables = library::description(&files)?.variables;
+    let clocks = variables.iter().filter(|v| v.kind == Kind::Clock);
+    let names = Vec::from_iter(clocks.map(|v| format!("`{}`", v.name)));
+    if !names.is_empty() {
+        let names = names.join(", ");
+        eprintln!("FMI 2.0 has no clocks: the ticks of {names} are time events of the FMU there");
+    }
     Ok(())
 }
 
@@ -306,14 +322,16 @@ fn package_files(workspace: &Workspace, package: &Package, notices: Entries) -> 
     for (path, bytes) in notices.chain(files_by_convention(package.folder())?) {
         entries.entry(path).or_insert(bytes);
     }
+    reference::place(&mut entries)?;
     Ok(entries)
 }
 
 /// The files next to a package's Cargo.toml that belong into its FMU: `model.png`, and all in
-/// `documentation/` and `resources/`. Files of the same names in the library take precedence.
+/// `documentation/`, `resources/` and `reference/`. Files of the same names in the library take precedence.
 fn files_by_convention(folder: &Path) -> Result<Entries> {
     let mut found = Entries::new();
-    let mut left = Vec::from(["model.png", "documentation", "resources"].map(String::from));
+    let mut left =
+        Vec::from(["model.png", "documentation", "resources", reference::SOURCE].map(String::from));
     while let Some(name) = left.pop() {
         let path = folder.join(&name);
         if path.is_dir() {

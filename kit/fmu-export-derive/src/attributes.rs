@@ -26,6 +26,10 @@ pub(crate) struct Attributes {
     /// The lengths of the dimensions of a `Vec`.
     pub(crate) len: Vec<Expr>,
     pub(crate) set: Option<Path>,
+    /// The clocks that it belongs to.
+    pub(crate) clocks: Vec<LitStr>,
+    /// The variable with its value at the tick before.
+    pub(crate) previous: Option<LitStr>,
     pub(crate) depends_on: Option<Vec<LitStr>>,
     pub(crate) initially_depends_on: Option<Vec<LitStr>>,
     pub(crate) rate_depends_on: Option<Vec<LitStr>>,
@@ -34,7 +38,7 @@ pub(crate) struct Attributes {
 }
 
 /// All keys, for messages.
-const KEYS: &str = "unit, display_unit, type, start, min, max, nominal, len, name, alias, at, mime_type, max_size, structural, tunable, constant, discrete, set, depends_on, \
+const KEYS: &str = "unit, display_unit, type, start, min, max, nominal, len, name, alias, at, mime_type, max_size, structural, tunable, constant, discrete, clock, previous, set, depends_on, \
                     initially_depends_on, rate_depends_on, not_in_evaluation, local, calculated or skip";
 
 impl Attributes {
@@ -51,7 +55,7 @@ impl Attributes {
             let Some(key) = meta.path.get_ident().map(ToString::to_string) else {
                 return Err(meta.error(format!("unknown attribute; it must be {KEYS}")));
             };
-            if self.has(&key) {
+            if self.keys.iter().any(|(known, _)| *known == key) {
                 return Err(meta.error(format!("`{key}` is given twice")));
             }
             match key.as_str() {
@@ -78,6 +82,19 @@ impl Attributes {
                         length => vec![length],
                     }
                 }
+                "clock" => {
+                    self.clocks = match meta.value()?.parse()? {
+                        Expr::Tuple(names) => names
+                            .elems
+                            .iter()
+                            .map(variable_name)
+                            .collect::<Result<_>>()?,
+                        name => vec![variable_name(&name)?],
+                    }
+                }
+                "previous" => {
+                    self.previous = Some(variable_name(&meta.value()?.parse()?)?);
+                }
                 "set" => self.set = Some(meta.value()?.parse()?),
                 "depends_on" | "initially_depends_on" | "rate_depends_on" => {
                     let content;
@@ -101,9 +118,10 @@ impl Attributes {
         })
     }
 
-    /// Whether a key is there.
+    /// Whether a key is there; what belongs to a clock is discrete.
     pub(crate) fn has(&self, key: &str) -> bool {
-        self.keys.iter().any(|(known, _)| known == key)
+        let is_meant = key == "discrete" && !self.clocks.is_empty();
+        is_meant || self.keys.iter().any(|(known, _)| known == key)
     }
 }
 

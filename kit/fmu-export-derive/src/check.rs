@@ -88,6 +88,11 @@ fn key_error(key: &str, field: &Field, role: Role) -> Option<String> {
         "discrete" if !kind.is_float() || !matches!(role, Role::Input | Role::Output) => {
             of("a state, or an f64 or f32 that is an input or an output")
         }
+        "clock" if role == Role::Parameter => of("an input, a state or an output"),
+        "previous" if !attributes.has("clock") => {
+            Some("write the clock too, `clock = …`".to_owned())
+        }
+        "previous" if role == Role::Input => of("a state or an output"),
         "not_in_evaluation" if role != Role::Input => of("an input"),
         "set" if !field.has_setter(role) => of("a String parameter"),
         "local" if !matches!(role, Role::Output | Role::State) => of("an output or a state"),
@@ -96,8 +101,8 @@ fn key_error(key: &str, field: &Field, role: Role) -> Option<String> {
         "rate_depends_on" if role != Role::State || attributes.has("discrete") => {
             of("a state that is integrated")
         }
-        "depends_on" if role == Role::State => Some("a state depends on no input".to_owned()),
-        "depends_on" if role != Role::Output => of("an output"),
+        "depends_on" if role == Role::State && !attributes.has("clock") => Some("a state depends on no input".to_owned()),
+        "depends_on" if !matches!(role, Role::Output | Role::State) => of("an output"),
         "depends_on" if attributes.has("calculated") => {
             Some("a calculated parameter does not depend on inputs".to_owned())
         }

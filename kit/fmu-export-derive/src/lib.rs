@@ -35,6 +35,8 @@
 //! | `constant` | parameters | cannot be set: always `start` |
 //! | `discrete` | inputs and outputs, `f64` and `f32` | changes at communication points only |
 //! | | states | is not integrated: `event` changes it; may be of any type |
+//! | `clock = sample`, `clock = (a, b)` | inputs, outputs, states | changes at the ticks of these clocks alone, which `Ode::CLOCKS` names; is `discrete` by that |
+//! | `previous = y_last` | what has a `clock` | the discrete variable that has its value of the tick before, which the model sets |
 //! | `set = read_file` | a `String` among the parameters | `fn(&mut Self, &str, Option<&Path>) -> Result<(), String>` sets it, and whatever the text means |
 //! | `depends_on(u, w[2], v[i], v[i - 1])` | outputs | the inputs that act on it at once; `depends_on()` none. Without it: all. With `model_exchange` states too; where none is named, and not `no_states`: all of them |
 //! | `initially_depends_on(u, gain)` | outputs | the inputs and parameters that act on it in Initialization Mode; `parameters` for all of them |
@@ -47,6 +49,7 @@
 //! |---|---|
 //! | `parameters = P`, `input = U`, `output = Y` | the model's other structs; makes the struct the state of a model, see `Ode` |
 //! | `model_exchange` | the FMU supports Model Exchange too; `depends_on` then names states as well as inputs |
+//! | `scheduled_execution` | the FMU supports Scheduled Execution too: all states are `discrete` or have a `clock` |
 //! | `max_step = 1e-4` | longest internal step, s; without it 1 ms, and none with `solver` |
 //! | `solver = "adaptive"`, `"stiff"` | what integrates it in Co-Simulation: the method of Dormand and Prince, or Rodas5P for rates that differ by orders of magnitude, whose Jacobian follows `rate_depends_on`. Without it: Runge–Kutta in steps of `max_step` |
 //! | `tolerance = 1e-4` | error of an internal step of these, relative to states or their `nominal` values, if the importer gives none; 1e-6 without it |

@@ -346,6 +346,13 @@ fn more(field: &Field, role: Role) -> TokenStream {
             calls.extend(quote!(.#flag()));
         }
     }
+    if !attributes.clocks.is_empty() {
+        let clocks = &attributes.clocks;
+        calls.extend(quote!(.clocks(&[#(#clocks),*])));
+    }
+    if let Some(previous) = &attributes.previous {
+        calls.extend(quote!(.previous(#previous)));
+    }
     calls.extend(dependencies(field, role));
     calls
 }
@@ -359,6 +366,8 @@ fn dependencies(field: &Field, role: Role) -> TokenStream {
             let names = names.iter().map(known);
             calls.extend(quote!(.depends_on(&[#(#names),*])));
         }
+        // At a tick it may depend on all inputs.
+        None if attributes.has("clock") => {}
         None if role == Role::State && is_output && attributes.has("discrete") => {
             calls.extend(quote!(.depends_on(&[::fmu_export::NO_STATES])));
         }

@@ -10,7 +10,7 @@ use quote::quote;
 use syn::punctuated::Punctuated;
 use syn::{DeriveInput, Error, Expr, Ident, LitStr, Result, Token, Type};
 
-pub(crate) const KEYS: &str = "parameters, input, output, max_step, solver, tolerance, model_exchange, experiment, info or table_only";
+pub(crate) const KEYS: &str = "parameters, input, output, max_step, solver, tolerance, model_exchange, scheduled_execution, experiment, info or table_only";
 
 /// The attributes of the struct.
 #[derive(Default)]
@@ -27,6 +27,8 @@ pub(crate) struct Model {
     description: String,
     /// Supports Model Exchange too.
     model_exchange: bool,
+    /// Supports Scheduled Execution too.
+    scheduled_execution: bool,
     pub(crate) table_only: bool,
 }
 
@@ -48,6 +50,7 @@ impl Model {
                     Some("tolerance") => model.tolerance = Some(meta.value()?.parse()?),
                     Some("info") => model.info = Some(meta.value()?.parse()?),
                     Some("model_exchange") => model.model_exchange = true,
+                    Some("scheduled_execution") => model.scheduled_execution = true,
                     Some("table_only") => model.table_only = true,
                     Some("experiment") => {
                         let content;
@@ -209,6 +212,13 @@ fn state_impl(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
         quote!(#member: #value)
     });
     let exchange = model.model_exchange;
+    let scheduled = model.scheduled_execution;
+    let mut integrated = fields.iter().filter(|field| field.is_variable());
+    let integrated = integrated.find(|field| !field.attributes.has("discrete"));
+    if let Some(field) = integrated.filter(|_| scheduled) {
+        let text = "nothing integrates a continuous state in Scheduled Execution: let it belong to a clock, `clock = …`, or be `discrete`";
+        return Error::new(field.span(), text).into_compile_error();
+    }
     let states = quote!(&[<#ident as __fmu::Rows<#ident, __fmu::StatePath<#ident>>>::ROWS]);
     // Solvers with a tolerance use them too.
     let derivatives = match exchange || model.solver.is_some() {
@@ -237,6 +247,7 @@ fn state_impl(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
             const SOLVER: __fmu::SolverName = __fmu::SolverName::#solver;
             const TOLERANCE: f64 = #tolerance;
             const MODEL_EXCHANGE: bool = #exchange;
+            const SCHEDULED_EXECUTION: bool = #scheduled;
 
             #[allow(unused_variables)]
             fn start(p: &#p, u: &#u) -> Self {

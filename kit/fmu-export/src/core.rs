@@ -8,6 +8,8 @@
 pub(crate) mod binary;
 pub(crate) mod block_access;
 pub(crate) mod causality;
+pub(crate) mod clock;
+pub(crate) mod clock_state;
 pub(crate) mod configuration;
 pub(crate) mod continuous;
 pub(crate) mod counted_input;
@@ -52,5 +54,7 @@ pub(crate) mod step;
 pub(crate) mod step_end;
 pub(crate) mod storage;
 pub(crate) mod table_macros;
+pub(crate) mod ticking;
+pub(crate) mod ticks;
 pub(crate) mod type_definition;
 pub(crate) mod value;

@@ -2,6 +2,7 @@
 //! rows of the table as arrays with one value reference, statuses, logging, `modelDescription.xml`
 //! and `terminalsAndIcons.xml`.
 
+mod clocks;
 mod dependencies;
 pub(crate) mod description;
 pub mod entry;
@@ -10,5 +11,4 @@ pub(crate) mod instance;
 mod instantiate;
 mod log;
 pub(crate) mod states;
-mod unsupported;
 mod values;

@@ -124,13 +124,13 @@ pub use core::continuous::Continuous;
 pub use core::counted_input::{CountedInput, ExtrapolatedInput};
 pub use core::enumeration::{Enumeration, Items};
 pub use core::error::ModelError;
-pub use core::event::Event;
+pub use core::event::{Event, Tick};
 pub use core::info::{File, Info, MadeFile, Terminal};
 pub use core::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 pub use core::length::{Length, Resize};
 pub use core::log::Log;
 pub use core::message::Level;
-pub use core::model::{Evaluation, Model, ModelExchange, SetString, Variable};
+pub use core::model::{Clock, Evaluation, Model, ModelExchange, OnTick, SetString, Variable};
 pub use core::packed_file::PackedFile;
 pub use core::parameter_file::{read_parameter_file, read_placed_file};
 #[doc(hidden)]
@@ -168,9 +168,9 @@ pub mod prelude {
     /// The trait of the states of models, for `start`; their derive has the same name.
     pub use crate::derive::State;
     pub use crate::{
-        Binary, Choice, Enumeration, Event, Info, Input, InputPolynomial, Log, Model, ModelError,
-        Ode, Output, Parameters, State, StepEnd, TypeDefinition, Unit, Variable, derived,
-        export_fmu, indicators_of, solved,
+        Binary, Choice, Clock, Enumeration, Event, Info, Input, InputPolynomial, Log, Model,
+        ModelError, Ode, Output, Parameters, State, StepEnd, Tick, TypeDefinition, Unit, Variable,
+        derived, export_fmu, indicators_of, solved,
     };
     pub use serde::{Deserialize, Serialize};
 }

@@ -91,9 +91,14 @@ fn near_start(v: &Variable) -> Option<Vec<f64>> {
     (0..v.size()).map(near).collect()
 }
 
+/// Whether it can be set and read between the ticks of clocks.
+fn is_unclocked(v: &Variable) -> bool {
+    v.access() != Access::Clock && v.clocks.is_empty()
+}
+
 fn read_back(fmu: &Fmu, outcome: &mut Outcome) -> Result<()> {
     let instance = Instance::readable_after_set(fmu, "back")?;
-    let is_input = |v: &&Variable| v.is_input() && v.access() != Access::Clock;
+    let is_input = |v: &&Variable| v.is_input() && is_unclocked(v);
     for v in fmu.description.variables.iter().filter(is_input) {
         let (status, old) = instance.values(v);
         instance.must(&format!("reading `{}`", v.name), status)?;
@@ -184,7 +189,7 @@ fn compare(instance: &Instance, initially: bool, outcome: &mut Outcome) -> Resul
     let description = &instance.fmu.description;
     let variables = &description.variables;
     let all = 0..variables.len();
-    let is_readable = |k: &usize| variables[*k].access() != Access::Clock;
+    let is_readable = |k: &usize| is_unclocked(&variables[*k]);
     let is_output = |k: &usize| variables[*k].causality == Causality::Output;
     let outputs: Vec<_> = (all.clone().filter(is_readable).filter(is_output)).collect();
     let read = || computed(instance, &outputs);

@@ -54,7 +54,7 @@ fn clock(v: &Variable, is_scheduled: bool, outcome: &mut Outcome) {
     }
     let kind = v.inherited("intervalVariability").unwrap_or("");
     let has = |attribute| v.inherited(attribute).is_some();
-    if matches!(kind, "constant" | "fixed") && !has("intervalDecimal") && !has("intervalCounter") {
+    if kind == "constant" && !has("intervalDecimal") && !has("intervalCounter") {
         outcome.fail(format!(
             "clock `{name}` is {kind} and must have an interval"
         ));

@@ -37,6 +37,10 @@ pub(crate) const COMMON_STATES: u16 =
 pub(crate) const CS: u16 = 1024;
 /// Not a state: the function is for instances of Model Exchange only.
 pub(crate) const ME: u16 = 2048;
+/// Clock Activation Mode of Scheduled Execution.
+pub(crate) const CLOCK_ACTIVATION: u16 = bit(Phase::Scheduled);
+/// Not a state: the function is for instances of Scheduled Execution only.
+pub(crate) const SE: u16 = 16384;
 
 /// The bit of a phase, by its number: faster than a table.
 const fn bit(phase: Phase) -> u16 {
@@ -60,10 +64,13 @@ pub(crate) struct Call {
 }
 
 impl Call {
-    /// For both interfaces, unless `allowed` has [`CS`] or [`ME`].
+    /// For all interfaces, unless `allowed` has [`CS`], [`ME`] or [`SE`].
     #[inline(always)]
     pub(crate) const fn new(name: &'static str, allowed: u16) -> Self {
-        let interfaces = if allowed & (CS | ME) == 0 { CS | ME } else { 0 };
+        let interfaces = match allowed & (CS | ME | SE) {
+            0 => CS | ME | SE,
+            _ => 0,
+        };
         Self {
             name,
             allowed: allowed | interfaces,

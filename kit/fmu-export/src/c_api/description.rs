@@ -7,7 +7,7 @@ pub(crate) mod table_check;
 
 pub(crate) use element::Element;
 pub(crate) use hash::hash;
-pub(crate) use parts::{flag, listed, type_attributes, variable};
+pub(crate) use parts::{flag, listed, real, type_attributes, variable};
 
 use crate::Model;
 use crate::core::layout::Layout;
@@ -26,6 +26,8 @@ pub(crate) struct Dialect<M: Model> {
     pub(crate) model_exchange: Vec<(&'static str, &'static str)>,
     /// Name of the root's attribute for the number of event indicators.
     pub(crate) indicators: Option<&'static str>,
+    /// Attributes of the element `ScheduledExecution`, if the version and the model have it.
+    pub(crate) scheduled_execution: Option<Vec<(&'static str, &'static str)>>,
     /// Attributes of the element `CoSimulation`.
     pub(crate) co_simulation: Vec<(&'static str, &'static str)>,
     /// Names of the elements that define types, enumerations and Reals: outer and inner.
@@ -49,11 +51,14 @@ impl<M: Model> Dialect<M> {
         let hash = hash(&layout, &start, self.name);
         let slave = self.co_simulation.iter().copied();
         let exchange = M::MODEL_EXCHANGE.map(|_| self.model_exchange.iter().copied());
+        let scheduled = self.scheduled_execution.as_ref();
+        let scheduled = scheduled.map(|scheduled| scheduled.iter().copied());
         let indicators = self.indicators.zip(M::MODEL_EXCHANGE);
         root(&M::INFO, self.version, (self.hash, format!("{{{hash}}}")))
             .with(indicators.map(|(name, _)| (name, layout.indicators.to_string())))
             .holding(exchange.map(|exchange| Element::new("ModelExchange").with(exchange)))
             .holding([Element::new("CoSimulation").with(slave)])
+            .holding(scheduled.map(|scheduled| Element::new("ScheduledExecution").with(scheduled)))
             .holding(units(&layout))
             .holding(types(&layout, self.types))
             .holding([categories::<M>(), experiment::<M>()])

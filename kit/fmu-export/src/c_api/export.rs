@@ -111,20 +111,24 @@ macro_rules! export_fmi3 {
                     environment: InstanceEnvironment, log_message: Option<LogMessage>, update: Option<IntermediateUpdate>
                 ) -> Instance = instantiate(
                     &LIBRARY, name, token, resources, logging_on, environment, log_message,
-                    Some(e::CoSimulation { event_mode_used, early_return_allowed, required, n_required, update })
+                    e::Interface::CoSimulation(e::CoSimulation { event_mode_used, early_return_allowed, required, n_required, update })
                 );
                 fmi3InstantiateModelExchange(
                     name: Str, token: Str, resources: Str, _visible: Boolean, logging_on: Boolean,
                     environment: InstanceEnvironment, log_message: Option<LogMessage>
                 ) -> Instance = instantiate(
-                    &LIBRARY, name, token, resources, logging_on, environment, log_message, None
+                    &LIBRARY, name, token, resources, logging_on, environment, log_message, e::Interface::ModelExchange
                 );
                 fmi3InstantiateScheduledExecution(
-                    _name: Str, _token: Str, _resources: Str, _visible: Boolean, logging_on: Boolean,
+                    name: Str, token: Str, resources: Str, _visible: Boolean, logging_on: Boolean,
                     environment: InstanceEnvironment, log_message: Option<LogMessage>,
-                    _clock_update: Option<ClockUpdate>, _lock: Option<Preemption>, _unlock: Option<Preemption>
-                ) -> Instance
-                    = refuse_instantiation("fmi3InstantiateScheduledExecution", logging_on, environment, log_message);
+                    clock_update: Option<ClockUpdate>, lock: Option<Preemption>, unlock: Option<Preemption>
+                ) -> Instance = instantiate(
+                    &LIBRARY, name, token, resources, logging_on, environment, log_message,
+                    e::Interface::ScheduledExecution(clock_update, lock, unlock)
+                );
+                fmi3ActivateModelPartition(c: Instance, clock: ValueReference, time: f64) -> Status
+                    = fmi3ActivateModelPartition(c, clock, time);
                 fmi3FreeInstance(c: Instance) = free_instance(c);
                 fmi3DoStep(
                     c: Instance, t: f64, h: f64, _no_set_prior: Boolean, event: *mut Boolean, terminate: *mut Boolean,
@@ -141,7 +145,7 @@ macro_rules! export_fmi3 {
             $crate::export_fmi3_functions!($exported);
             $crate::export_fmi3_values!($exported);
             $crate::export_fmi3_numbers!($exported);
-            $crate::export_fmi3_absent!($exported);
+            $crate::export_fmi3_clocks!($exported);
         };
     };
 }

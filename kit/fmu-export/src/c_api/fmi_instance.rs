@@ -1,7 +1,7 @@
 //! What an importer's handle points to, and [`enter`], through which all functions of `fmi2` and
 //! `fmi3` reach an instance: it checks handle and call order, catches panics, sends messages.
 
-use super::call_order::{COMMON_STATES, CS, Call, LOST, ME, ME_STATES};
+use super::call_order::{CLOCK_ACTIVATION, COMMON_STATES, CS, Call, LOST, ME, ME_STATES, SE};
 use super::log::{Log, Logger};
 use super::status::Status;
 use crate::core::exclusive::{Exclusive, ExclusiveRef};
@@ -41,7 +41,7 @@ pub(crate) struct FmiInstance<M: Model, V: Version> {
     pub(crate) strings: Vec<CString>,
     /// The binary values that the last get has returned to the importer.
     pub(crate) bytes: Vec<Binary>,
-    /// The interface it was instantiated for, [`CS`] or [`ME`].
+    /// The interface it was instantiated for, [`CS`], [`ME`] or [`SE`].
     pub(crate) interface: u16,
     pub(crate) version: V,
 }
@@ -59,7 +59,11 @@ pub(crate) unsafe fn enter<M: Model, V: Version>(
 ) -> Status {
     // SAFETY: forwarded.
     let guard = unsafe { c.cast::<Exclusive<FmiInstance<M, V>>>().as_ref() };
-    let Some(mut fmi) = guard.and_then(Exclusive::enter) else {
+    let entered = match M::SCHEDULED_EXECUTION {
+        true => guard.map(Exclusive::wait),
+        false => guard.and_then(Exclusive::enter),
+    };
+    let Some(mut fmi) = entered else {
         return Status::Error;
     };
     let result = panic::catch(|| {
@@ -83,13 +87,13 @@ pub(crate) unsafe fn enter<M: Model, V: Version>(
 #[inline]
 fn check_order<M: Model, V: Version>(fmi: &FmiInstance<M, V>, call: Call) -> Result<(), Fault> {
     let state = V::state(fmi);
-    // For a model without Model Exchange, the code for it is not even compiled.
-    let interface = match M::MODEL_EXCHANGE {
-        Some(_) => fmi.interface,
-        None => CS,
+    // For a model with Co-Simulation alone, the code for others is not even compiled.
+    let interface = match M::MODEL_EXCHANGE.is_some() || M::SCHEDULED_EXECUTION {
+        true => fmi.interface,
+        false => CS,
     };
     if call.allowed & interface == 0 {
-        return other_interface::<M>(call);
+        return other_interface::<M>(call, interface);
     }
     match call.allowed & state {
         0 => out_of_order::<V>(call, state, interface),
@@ -98,12 +102,14 @@ fn check_order<M: Model, V: Version>(fmi: &FmiInstance<M, V>, call: Call) -> Res
 }
 
 #[cold]
-fn other_interface<M: Model>(call: Call) -> Result<(), Fault> {
-    let [of, is] = match call.allowed & ME {
-        0 => ["Co-Simulation", "Model Exchange"],
-        _ => ["Model Exchange", "Co-Simulation"],
+fn other_interface<M: Model>(call: Call, interface: u16) -> Result<(), Fault> {
+    let name = |interfaces: u16| match interfaces {
+        _ if interfaces & ME != 0 => "Model Exchange",
+        _ if interfaces & SE != 0 => "Scheduled Execution",
+        _ => "Co-Simulation",
     };
-    if M::MODEL_EXCHANGE.is_none() {
+    let (of, is) = (name(call.allowed), name(interface));
+    if M::MODEL_EXCHANGE.is_none() && !M::SCHEDULED_EXECUTION {
         return fault::refuse!("this function is for {of}, and this FMU offers {is} only");
     }
     fault::refuse!("this function is for {of}, and the instance was made for {is}")
@@ -117,7 +123,8 @@ fn out_of_order<V: Version>(call: Call, state: u16, interface: u16) -> Result<()
     };
     let own = match interface {
         ME => ME_STATES | COMMON_STATES,
-        _ => !ME_STATES,
+        SE => CLOCK_ACTIVATION | COMMON_STATES,
+        _ => !(ME_STATES | CLOCK_ACTIVATION),
     };
     let now = names(state).join("");
     let allowed = names(call.allowed & !LOST & own).join(", ");

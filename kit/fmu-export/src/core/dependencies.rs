@@ -38,7 +38,7 @@ impl Knowns {
         let mut rows = BTreeMap::new();
         let mut parameters = Vec::new();
         let mut states = Vec::new();
-        for (elements, row) in layout.rows() {
+        for (elements, row) in layout.rows().filter(|(_, row)| !row.storage.is_clock()) {
             let role = match row.causality {
                 Causality::Parameter if row.structural => Role::Size,
                 Causality::Parameter => Role::Parameter,

@@ -210,6 +210,9 @@ impl<M: Model> Instance<M> {
             | Causality::Local
             | Causality::CalculatedParameter
             | Causality::Constant => "cannot be set; only inputs and parameters can".to_owned(),
+            _ if row.storage.is_clock() => {
+                "is not set as a value; fmi3SetClock activates it".to_owned()
+            }
             _ if row.storage.kind() != given => {
                 let (given, right) = (given.name(self.names), row.access(self.names));
                 format!("cannot be set as {given}; it must be set as {right}")

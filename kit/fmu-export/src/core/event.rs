@@ -1,6 +1,16 @@
-//! The result of event handling, which a model returns and Model Exchange and solvers read.
+//! The result of event handling, which a model returns and Model Exchange and solvers read, and the
+//! tick of a clock, which a model gets.
 
 use super::error::ModelError;
+
+/// A tick of a clock.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tick {
+    /// Its time, s.
+    pub time: f64,
+    /// The period of a periodic clock; else the time since the last tick, or since the start, s.
+    pub interval: f64,
+}
 
 /// The result of [`Continuous::event`](crate::Continuous::event).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -47,7 +57,7 @@ impl Event {
 }
 
 /// Most iterations of one event.
-const MOST_ITERATIONS: u32 = 10_000;
+pub(super) const MOST_ITERATIONS: u32 = 10_000;
 
 /// Lets the model handle an event at `t`, s, until no further iteration is needed.
 pub(crate) fn handle(

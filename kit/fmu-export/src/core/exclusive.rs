@@ -3,6 +3,7 @@
 use std::cell::UnsafeCell;
 use std::ops::{Deref, DerefMut};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// A value that one call at a time may use.
 ///
@@ -32,6 +33,21 @@ impl<B> Exclusive<B> {
         }
         self.busy.store(true, Ordering::Relaxed);
         Some(ExclusiveRef(self))
+    }
+}
+
+impl<B> Exclusive<B> {
+    /// Access to the value when no other thread uses it: in Scheduled Execution, a thread may have
+    /// been preempted within a call.
+    pub(crate) fn wait(&self) -> ExclusiveRef<'_, B> {
+        let (free, taken) = (Ordering::Acquire, Ordering::Relaxed);
+        while (self.busy)
+            .compare_exchange(false, true, free, taken)
+            .is_err()
+        {
+            std::thread::sleep(Duration::from_micros(20));
+        }
+        ExclusiveRef(self)
     }
 }
 

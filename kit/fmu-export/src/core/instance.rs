@@ -51,6 +51,10 @@ pub(crate) struct Instance<M: Model> {
     pub(crate) log_filter: LogFilter,
     /// The importer was warned that input derivatives of a high order are ignored.
     pub(crate) has_warned_of_order: bool,
+    /// The importer ticks no clocks: time events take their place.
+    pub(crate) ticks_itself: bool,
+    /// The state before what may fail.
+    pub(crate) backup: Option<Box<State<M>>>,
 }
 
 impl<M: Model> Instance<M> {
@@ -83,6 +87,8 @@ impl<M: Model> Instance<M> {
             messages: Vec::new(),
             log_filter: LogFilter::default(),
             has_warned_of_order: false,
+            ticks_itself: false,
+            backup: None,
         }
     }
 
@@ -128,9 +134,23 @@ impl<M: Model> Instance<M> {
 
     /// Ends Initialization Mode; `has_event_mode`: the importer handles the first event.
     pub(crate) fn exit_initialization(&mut self, has_event_mode: bool) -> Result<(), Fault> {
+        match M::CLOCKS.is_empty() {
+            true => self.initialize(has_event_mode),
+            false => self.or_restore(|instance| instance.initialize(has_event_mode)),
+        }
+    }
+
+    fn initialize(&mut self, has_event_mode: bool) -> Result<(), Fault> {
         self.model()?;
         if M::EVENTS.is_some() && !has_event_mode {
             self.first_event()?;
+        }
+        if !M::CLOCKS.is_empty() {
+            self.start_ticks()?;
+            self.state.phase = Phase::Stepping;
+            if self.ticks_itself && !has_event_mode {
+                self.tick_due()?;
+            }
         }
         self.state.phase = Phase::Stepping;
         self.report(Kind::Event, "initialized");
@@ -200,6 +220,12 @@ impl<M: Model> Instance<M> {
         if is_initializing {
             self.state.model = None;
         }
+        if !M::CLOCKS.is_empty()
+            && let Some(ticks) = &mut self.state.ticks
+        {
+            ticks.mark();
+            self.evaluation = None;
+        }
     }
 
     /// Initializes the model if that is not done yet: in Initialization Mode, when first needed.
@@ -210,6 +236,9 @@ impl<M: Model> Instance<M> {
             collect_messages(&mut self.messages, &mut new);
             state.model = Some(new);
             self.evaluation = None;
+        }
+        if !M::CLOCKS.is_empty() {
+            self.run_ticks()?;
         }
         Ok(())
     }

@@ -123,7 +123,8 @@ impl<M: Model> Layout<M> {
             indicators: 0,
         };
         let (mut next, mut position, mut in_long, mut offset) = (0, 0, 0, 0);
-        for row in M::variables().iter().chain(ModelExchange::<M>::rows()) {
+        let rows = M::variables().iter().chain(ModelExchange::<M>::rows());
+        for row in rows.chain(M::CLOCKS.iter().map(|clock| &clock.row)) {
             let is_equation = row.storage.is_equation();
             let owner = match row.storage {
                 Storage::Derivative => state(row.name).unwrap_or(row),
@@ -132,6 +133,7 @@ impl<M: Model> Layout<M> {
             let len = owner.len(parameters, input, &output).min(LONGEST);
             let number = match is_equation {
                 true => layout.len() as u32,
+                false if row.storage.is_clock() => row.at.unwrap_or(layout.len() as u32),
                 false => row.at.unwrap_or(next),
             };
             let is_long = owner.resize.is_some() || len > MOST_COUNTED;

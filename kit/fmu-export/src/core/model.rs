@@ -3,7 +3,7 @@
 use super::causality::{Causality, Dependencies};
 use super::enumeration::Enumeration;
 use super::error::ModelError;
-use super::event::Event;
+use super::event::{Event, Tick};
 use super::impl_copy::impl_copy;
 use super::info::Info;
 use super::input::InputPolynomial;
@@ -55,6 +55,14 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     /// initialization, within steps, and in Event Mode of FMI 3.0. None: its own `step` handles them.
     #[doc(hidden)]
     const EVENTS: Option<ModelExchange<Self>> = None;
+
+    /// The clocks of the model, whose value references follow all others. An importer of FMI 3.0
+    /// ticks them; in FMI 2.0, and for importers without Event Mode, the crate does.
+    const CLOCKS: &'static [Clock<Self>] = &[];
+
+    /// Whether the FMU offers Scheduled Execution, in which the importer computes each clock's part
+    /// of the model by itself; only for a model that has clocks and no continuous states.
+    const SCHEDULED_EXECUTION: bool = false;
 
     /// The table of variables, from which value references, getters and setters, and
     /// `modelDescription.xml` are made.
@@ -223,6 +231,10 @@ pub struct Variable<M: Model> {
     pub(crate) structural: bool,
     pub(crate) tunable: bool,
     pub(crate) discrete: bool,
+    /// The clocks that it belongs to.
+    pub(crate) clocks: &'static [&'static str],
+    /// The variable with its value at the tick before.
+    pub(crate) previous: Option<&'static str>,
     /// Not read by the model's [`Evaluation`](crate::Evaluation).
     pub(crate) not_in_evaluation: bool,
     /// String setters read this parameter.
@@ -262,6 +274,36 @@ pub struct Variable<M: Model> {
 }
 
 impl_copy! { [M: Model] Variable<M>; }
+
+/// What a clock computes at a tick, of parameters and inputs. On `Err` the tick has not been.
+pub type OnTick<M> =
+    fn(&mut M, &<M as Model>::Parameters, &<M as Model>::Input, Tick) -> Result<(), ModelError>;
+
+/// A clock of a model, a row of [`Model::CLOCKS`](crate::Model::CLOCKS). Clocks that tick at one
+/// time do so in the order of that table, which is that of their priorities.
+///
+/// Variables belong to a clock by [`Variable::clocks`], with derives `#[fmu(clock = sample)]`.
+pub struct Clock<M: Model> {
+    pub(crate) row: Variable<M>,
+    pub(crate) timing: Timing<M>,
+    /// Delay of the first tick of a periodic clock, s.
+    pub(crate) shift: f64,
+    pub(crate) on_tick: OnTick<M>,
+}
+
+/// When a clock ticks.
+pub(crate) enum Timing<M: Model> {
+    Constant(f64),
+    Fixed(f64),
+    Calculated(fn(&M::Parameters) -> f64),
+    Tunable(fn(&M::Parameters) -> f64),
+    Changing(fn(&M, &M::Parameters) -> f64),
+    Countdown(fn(&mut M) -> Option<f64>),
+    Triggered,
+    Output(fn(&mut M) -> bool),
+}
+
+impl_copy! { [M: Model] Clock<M>; [M: Model] Timing<M>; }
 
 /// The equations of a model for Model Exchange: those of [`Continuous`](crate::Continuous).
 pub struct ModelExchange<M: Model> {

@@ -207,7 +207,7 @@ impl<M: Model> Instance<M> {
     }
 
     /// Lets the model handle an event at the present time.
-    pub(crate) fn update_discrete_states(&mut self) -> Result<EventOutcome, Fault> {
+    pub(super) fn handle_event(&mut self) -> Result<EventOutcome, Fault> {
         let (equations, t) = (equations::<M>()?, self.state.time);
         let [mut before, mut after] = [(); 2].map(|()| vec![0.0; self.layout.states]);
         self.check_stop()?;

@@ -22,13 +22,15 @@ pub(crate) enum Phase {
     Continuous = 9,
     /// Configuration Mode: before initialization, sizes are set.
     Configuration = 12,
+    /// Clock Activation Mode of Scheduled Execution.
+    Scheduled = 13,
 }
 
 impl Phase {
     /// Between initialization and the end.
     #[inline]
     pub(crate) fn is_running(self) -> bool {
-        use Phase::{Continuous, Event, Exchange, Stepping};
-        matches!(self, Stepping | Exchange | Event | Continuous)
+        use Phase::{Continuous, Event, Exchange, Scheduled, Stepping};
+        matches!(self, Stepping | Exchange | Event | Continuous | Scheduled)
     }
 }

@@ -152,7 +152,7 @@ impl<M: Model> Variable<M> {
         Self::row(name, description, Causality::Local, storage, true)
     }
 
-    const fn row(
+    pub(super) const fn row(
         name: &'static str,
         description: &'static str,
         causality: Causality,
@@ -170,6 +170,8 @@ impl<M: Model> Variable<M> {
             structural: false,
             tunable: false,
             discrete: false,
+            clocks: &[],
+            previous: None,
             not_in_evaluation: false,
             read_by_string_setters: false,
             packed_file: None,
@@ -263,6 +265,13 @@ impl<M: Model> Variable<M> {
 
         /// A Real input or output that changes at communication points only; else it is continuous.
         discrete() discrete = true;
+
+        /// The clocks by name at whose ticks alone it changes: a discrete variable.
+        clocks(clocks: &'static [&'static str]) clocks = clocks;
+
+        /// The variable, of the same type and discrete, that has the value of this clocked one at
+        /// the tick before; the model sets it.
+        previous(row: &'static str) previous = Some(row);
 
         /// An input that `Evaluation::new` does not read: setting it keeps the evaluation.
         not_in_evaluation() not_in_evaluation = true;
@@ -467,6 +476,7 @@ impl<M: Model> Variable<M> {
         match self.enumeration {
             Some(_) => names.enumeration,
             None if self.structural => names.size,
+            None if self.storage.is_clock() => "Clock",
             None => self.storage.kind().name(names),
         }
     }
@@ -476,6 +486,7 @@ impl<M: Model> Variable<M> {
         match self.enumeration {
             Some(_) => names.enumeration_access,
             None if self.structural => names.size,
+            None if self.storage.is_clock() => "Clock",
             None => self.storage.kind().name(names),
         }
     }

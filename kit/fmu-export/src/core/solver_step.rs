@@ -1,6 +1,7 @@
 //! A communication step of an `Ode`, which calls it: integrates the model with a solver of
 //! `fmu-solver` and handles the events within the step.
 
+use super::clock;
 use super::continuous::Continuous;
 use super::error::ModelError;
 use super::event::{self, Event};
@@ -218,7 +219,15 @@ impl<M: Continuous> Scratch<M, M::Input> {
             if event.terminate {
                 (end.reached, end.terminate) = (Some(system.s), true);
             }
-            if event.terminate || system.s >= h {
+            let is_started = !M::CLOCKS.is_empty()
+                && (found.is_some() || is_time)
+                && system.s > 0.0
+                && clock::has_started(system.at, system.rate);
+            if is_started {
+                // The importer ticks the clock, which may be due within the step.
+                (end.reached, end.event) = (Some(system.s), true);
+            }
+            if is_started || event.terminate || system.s >= h {
                 end.event |= next - t <= h + near; // it is due
                 (*first, *next_event) = (next_first, next);
                 std::mem::swap(model, at);

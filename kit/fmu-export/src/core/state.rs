@@ -1,5 +1,6 @@
 //! The state of an instance (all that a saved state holds), for steps, access and `saved`.
 
+use super::clock_state::Ticks;
 use super::input::{InputPolynomial, MAX_INPUT_DERIVATIVE};
 use super::layout::Layout;
 use super::model::{Model, zeros};
@@ -34,6 +35,8 @@ pub(crate) struct State<M: Model> {
     pub(crate) held_input: Option<HeldInput<M::Input>>,
     /// None until initialization, and in Initialization Mode after something was set.
     pub(crate) model: Option<M>,
+    /// The clocks of a model that has some.
+    pub(crate) ticks: Option<Box<Ticks<M>>>,
 }
 
 /// The inputs at the end of a step with derivatives: held there until each is set again.
@@ -69,6 +72,7 @@ impl<M: Model> State<M> {
             input,
             held_input,
             model,
+            ticks,
         } = from;
         (self.phase, self.start, self.stop) = (*phase, *start, *stop);
         (self.time, self.event) = (*time, *event);
@@ -80,6 +84,9 @@ impl<M: Model> State<M> {
         self.input.order = input.order;
         self.held_input.clone_from(held_input);
         self.model.clone_from(model);
+        if !M::CLOCKS.is_empty() {
+            self.ticks.clone_from(ticks);
+        }
     }
 
     pub(crate) fn instantiated(parameters: M::Parameters, input: M::Input, slots: usize) -> Self {
@@ -100,6 +107,7 @@ impl<M: Model> State<M> {
             },
             held_input: None,
             model: None,
+            ticks: Ticks::new(),
         }
     }
 
@@ -114,6 +122,7 @@ impl<M: Model> State<M> {
             && self.time.is_finite()
             && !self.event.is_nan()
             && self.first.is_finite()
+            && self.ticks.as_ref().map_or(0, |ticks| ticks.each.len()) == M::CLOCKS.len()
             && self
                 .tolerance
                 .is_none_or(|tolerance| tolerance > 0.0 && tolerance < 1.0)

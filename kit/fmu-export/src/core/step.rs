@@ -89,6 +89,14 @@ impl<M: Model> Instance<M> {
     /// step is longer or shorter by the deviation.
     #[inline(always)] // into each version's step: a call would cost several per cent of a small one
     pub(crate) fn do_step(&mut self, t: f64, h: f64) -> Result<CompletedStep, Fault> {
+        if !M::CLOCKS.is_empty() && self.ticks_itself {
+            return self.do_step_with_ticks(t, h);
+        }
+        self.do_plain_step(t, h)
+    }
+
+    #[inline(always)]
+    pub(super) fn do_plain_step(&mut self, t: f64, h: f64) -> Result<CompletedStep, Fault> {
         let from_now = self.check_step(t, h)?;
         let step = match self.advance(from_now) {
             Ok(step) => step,
@@ -156,7 +164,7 @@ impl<M: Model> Instance<M> {
 
     /// Checks a step, and returns its length from the present time, s, so that it ends at `t + h`.
     #[inline(always)]
-    fn check_step(&self, t: f64, h: f64) -> Result<f64, Fault> {
+    pub(super) fn check_step(&self, t: f64, h: f64) -> Result<f64, Fault> {
         let now = self.state.time;
         let gap = (t - now).abs();
         let is_exact = is_rounding(gap, t, now);

@@ -78,6 +78,8 @@ macro_rules! types {
             Derivative,
             /// An event indicator.
             Indicator,
+            /// A clock.
+            Clock,
         }
 
         impl<P, U, Y> Storage<P, U, Y> {
@@ -96,6 +98,7 @@ macro_rules! types {
                     $(Storage::$input(_) | Storage::$parameter(_) | Storage::$output(_) => Kind::$kind,)*
                     Storage::TextOut(_) | Storage::Text(..) => Kind::String,
                     Storage::Derivative | Storage::Indicator => Kind::Real,
+                    Storage::Clock => Kind::Boolean,
                 }
             }
         }
@@ -329,6 +332,11 @@ impl<P, U, Y> Storage<P, U, Y> {
     /// Whether the row is a derivative or an event indicator, for Model Exchange.
     pub(crate) fn is_equation(&self) -> bool {
         matches!(self, Storage::Derivative | Storage::Indicator)
+    }
+
+    /// Whether the row is a clock.
+    pub(crate) fn is_clock(&self) -> bool {
+        matches!(self, Storage::Clock)
     }
 
     /// Whether the elements are floating-point numbers, which have units and may be continuous.

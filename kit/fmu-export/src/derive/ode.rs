@@ -6,8 +6,8 @@ use crate::core::solver::{SolverName, solver};
 use crate::core::solver_step::solve;
 use crate::core::solver_workspace::SolverWorkspace;
 use crate::{
-    Continuous, Event, Info, InputPolynomial, Log, Model, ModelError, ModelExchange, StepEnd,
-    Variable,
+    Clock, Continuous, Event, Info, InputPolynomial, Log, Model, ModelError, ModelExchange,
+    StepEnd, Variable,
 };
 use serde::{Serialize, de::DeserializeOwned};
 use std::marker::PhantomData;
@@ -36,6 +36,8 @@ pub trait State: Vector + Clone + Default + Serialize + DeserializeOwned + Send 
     const TOLERANCE: f64;
     /// Whether the model supports Model Exchange.
     const MODEL_EXCHANGE: bool;
+    /// Whether the model supports Scheduled Execution.
+    const SCHEDULED_EXECUTION: bool;
 
     /// The state at the start.
     fn start(p: &Self::P, u: &Self::U) -> Self;
@@ -235,6 +237,9 @@ pub trait Ode: State {
     /// See [`Continuous::indicators`].
     fn indicators(&self, _p: &Self::P, _u: &Self::U, _t: f64, _z: &mut [f64]) {}
 
+    /// The clocks of the model, each with the function that computes its part: [`Model::CLOCKS`].
+    const CLOCKS: &'static [Clock<Self>] = &[];
+
     /// See [`Continuous::event`]. In Co-Simulation it is called at the end of initialization, at the
     /// events within steps, and where a step starts after something was set or at a time event.
     fn event(&mut self, _p: &Self::P, _u: &Self::U, _t: f64) -> Event {
@@ -324,6 +329,8 @@ impl<S: Ode> Model for S {
     };
 
     const EVENTS: Option<ModelExchange<S>> = ModelExchange::from_continuous();
+    const CLOCKS: &'static [Clock<S>] = <S as Ode>::CLOCKS;
+    const SCHEDULED_EXECUTION: bool = S::SCHEDULED_EXECUTION;
 
     fn variables() -> &'static [Variable<Self>] {
         S::table()

@@ -21,6 +21,12 @@ pub fn model_description<M: Model>() -> Result<String, String> {
 /// Names the first variable whose type FMI 2.0 does not have.
 pub(crate) fn unsupported_type<M: Model>() -> Option<String> {
     const KNOWN: [Kind; 4] = [Kind::Real, Kind::Integer, Kind::Boolean, Kind::String];
+    if let Some(clock) = M::CLOCKS.iter().find(|clock| clock.is_triggered()) {
+        return Some(format!(
+            "clock `{}` is triggered, which is of FMI 3.0; in FMI 2.0 clocks that follow time are time events",
+            clock.row.name
+        ));
+    }
     let row = (M::variables().iter()).find(|row| !KNOWN.contains(&row.storage.kind()))?;
     let (name, kind) = (row.name, row.storage.kind().name(&TypeNames::PLAIN));
     Some(format!(
@@ -57,6 +63,7 @@ fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<String, String>
             ("canSerializeFMUstate", "true"),
             ("providesDirectionalDerivative", "true"),
         ],
+        scheduled_execution: None,
         co_simulation: vec![
             ("modelIdentifier", info.model),
             ("needsExecutionTool", "false"),

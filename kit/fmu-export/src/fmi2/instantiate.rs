@@ -48,7 +48,10 @@ pub unsafe fn instantiate<X: Exported>(
         interface: if kind == MODEL_EXCHANGE { ME } else { CS },
         version: Fmi2::NEW,
     };
-    request.instantiate::<X::Model>(table_check::check, |_| check_kind::<X::Model>(kind))
+    request.instantiate::<X::Model>(table_check::check, |fmi| {
+        fmi.instance.ticks_itself = true;
+        check_kind::<X::Model>(kind)
+    })
 }
 
 fn check_kind<X: Model>(kind: c_int) -> Result<(), String> {

@@ -5,12 +5,12 @@ mod terminals;
 mod variables;
 
 use super::instance::Fmi3;
-use crate::Model;
 use crate::c_api::description::{Dialect, flag, table_check};
 use crate::c_api::files::{self, Packed};
 use crate::c_api::fmi_instance::Version;
 use crate::core::layout::Layout;
 use crate::core::sizes::StartValues;
+use crate::{Clock, Model};
 
 /// The text of `modelDescription.xml` of FMI 3.0, or the first mistake in the table of variables.
 ///
@@ -34,6 +34,9 @@ pub(super) fn files<M: Model>(sizes: &str) -> Result<Vec<Packed>, String> {
 fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<String, String> {
     let info = &M::INFO;
     let derivatives = flag(info.directional_derivatives || M::MODEL_EXCHANGE.is_some());
+    let is_aperiodic = |clock: &Clock<M>| matches!(clock.variability(), "countdown" | "triggered");
+    let early_return =
+        info.early_return || M::EVENTS.is_some() && M::CLOCKS.iter().any(is_aperiodic);
     let order = if info.output_derivatives { "1" } else { "0" };
     let dialect = Dialect {
         name: Fmi3::NAME,
@@ -52,6 +55,15 @@ fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<String, String>
             ("needsCompletedIntegratorStep", "true"),
             ("providesEvaluateDiscreteStates", "false"),
         ],
+        scheduled_execution: M::SCHEDULED_EXECUTION.then(|| {
+            vec![
+                ("modelIdentifier", info.model),
+                ("needsExecutionTool", "false"),
+                ("canBeInstantiatedOnlyOncePerProcess", "false"),
+                ("canGetAndSetFMUState", "true"),
+                ("canSerializeFMUState", "true"),
+            ]
+        }),
         co_simulation: vec![
             ("modelIdentifier", info.model),
             ("needsExecutionTool", "false"),
@@ -64,7 +76,7 @@ fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<String, String>
             ("canHandleVariableCommunicationStepSize", "true"),
             ("maxOutputDerivativeOrder", order),
             ("providesIntermediateUpdate", "true"),
-            ("mightReturnEarlyFromDoStep", flag(info.early_return)),
+            ("mightReturnEarlyFromDoStep", flag(early_return)),
             ("canReturnEarlyAfterIntermediateUpdate", "false"),
             ("hasEventMode", "true"),
             ("providesEvaluateDiscreteStates", "false"),

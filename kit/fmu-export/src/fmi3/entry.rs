@@ -1,13 +1,13 @@
 //! The functions of FMI 3.0 for importers and the states in which each may be called, for any
 //! model; [`export_fmu!`](crate::export_fmu) exports them under their C names for one model. Access
-//! to variables is in `values`, functions of unsupported features in `unsupported`.
+//! to variables is in `values`, clocks and Scheduled Execution in `clocks`.
 //!
 //! # Safety
 //! As FMI requires of the importer: the instance is NULL or one of this library that no other
 //! thread is using, and each pointer is NULL or valid for the number of elements passed with it.
 
-pub use super::instantiate::{CoSimulation, free_instance, instantiate, refuse_instantiation};
-pub use super::unsupported::*;
+pub use super::clocks::*;
+pub use super::instantiate::{CoSimulation, Interface, free_instance, instantiate};
 pub use super::values::*;
 pub use crate::c_api::export::Exported;
 pub use crate::c_api::library::Library;
@@ -101,7 +101,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
         |fmi| { output_argument("nEventIndicators", n)?.put(0, fmi.instance.layout.indicators); Ok(()) };
     fmi3GetNumberOfContinuousStates [ME | INSTANTIATED | INITIALIZATION_MODE | ME_STATES | TERMINATED] (n: *mut usize)
         |fmi| { output_argument(STATES, n)?.put(0, fmi.instance.layout.states); Ok(()) };
-    fmi3Terminate [CS_EVENT_MODE | STEP_MODE | STEP_MODE_AFTER_SET | ME_STATES | LOST] ()
+    fmi3Terminate [CS_EVENT_MODE | STEP_MODE | STEP_MODE_AFTER_SET | ME_STATES | CLOCK_ACTIVATION | LOST] ()
         |fmi| { fmi.instance.terminate(); Ok(()) };
     fmi3Reset [ANY] ()
         |fmi| fmi.reset();
@@ -201,7 +201,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
 /// Name of the argument with the number of states.
 const STATES: &str = "nContinuousStates";
 
-const DO_STEP: Call = Call::new("fmi3DoStep", STEP_MODE | STEP_MODE_AFTER_SET);
+const DO_STEP: Call = Call::new("fmi3DoStep", CS | STEP_MODE | STEP_MODE_AFTER_SET);
 const LEAVE_UPDATE: Call = Call::new("fmi3DoStep", INTERMEDIATE_UPDATE | LOST);
 
 /// fmi3DoStep; at its end it calls the importer's intermediate update callback, if there is one.

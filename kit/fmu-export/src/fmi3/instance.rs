@@ -3,7 +3,7 @@
 use super::ffi::*;
 use super::log::Logger;
 use super::states::{STATES, STEP_MODE_AFTER_SET};
-use crate::c_api::call_order::{self, CS, INTERMEDIATE_UPDATE, ME, STEP_MODE};
+use crate::c_api::call_order::{self, CS, INTERMEDIATE_UPDATE, ME, SE, STEP_MODE};
 use crate::c_api::fmi_instance::{self, Version};
 use crate::core::fault::{Fault, refuse};
 use crate::core::layout::TIME;
@@ -26,7 +26,25 @@ pub(crate) struct Fmi3 {
     /// The bit of the state while the phase is `Stepping`.
     pub(crate) step_state: u16,
     pub(crate) update: Option<Update>,
+    /// The callbacks of Scheduled Execution.
+    pub(crate) schedule: Option<Schedule>,
 }
+
+/// The importer's callbacks of Scheduled Execution.
+#[derive(Clone)]
+pub struct Schedule {
+    /// Before and after a model partition.
+    pub lock: Option<Preemption>,
+    /// See above.
+    pub unlock: Option<Preemption>,
+    /// Tells of output clocks that tick, and of countdown clocks that were started.
+    pub clock_update: Option<ClockUpdate>,
+    /// What it receives.
+    pub environment: InstanceEnvironment,
+}
+
+// SAFETY: as for `Update`.
+unsafe impl Send for Schedule {}
 
 /// The importer's intermediate update callback and the variables that it reads.
 #[derive(Clone)]
@@ -132,6 +150,7 @@ impl<M: Model> Fmi3Instance<M> {
         self.version.step_state = STEP_MODE;
         match self.interface {
             ME => self.instance.enter(Phase::Event),
+            SE => self.instance.enter(Phase::Scheduled),
             _ if has_event_mode => self.instance.enter(Phase::Exchange),
             _ => Ok(()),
         }
@@ -166,7 +185,7 @@ impl<M: Model> Fmi3Instance<M> {
     /// fmi3UpdateDiscreteStates.
     pub(crate) fn update_discrete_states(&mut self) -> Result<EventOutcome, Fault> {
         match self.interface {
-            CS if M::EVENTS.is_none() => Ok(EventOutcome {
+            CS if M::EVENTS.is_none() && M::CLOCKS.is_empty() => Ok(EventOutcome {
                 event: Event::NONE,
                 is_moved: false,
             }),
@@ -199,7 +218,21 @@ impl<M: Model> Fmi3Instance<M> {
         self.version.step_state = STEP_MODE_AFTER_SET;
     }
 
-    /// Within a step, refuses variables that were not requested at instantiation.
+    /// Refuses clocked variables whose clocks are not active; `to` is what is to be done with them.
+    #[inline]
+    pub(crate) fn check_clocks(
+        &self,
+        number: impl Fn(usize) -> Option<ValueReference>,
+        to: &str,
+    ) -> Result<(), Fault> {
+        match M::CLOCKS.is_empty() {
+            true => Ok(()),
+            false => self.instance.check_clocked(&number, to),
+        }
+    }
+
+    /// Within a step, refuses variables that were not requested at instantiation; and clocked ones
+    /// except at ticks.
     #[inline]
     pub(crate) fn check_update(
         &self,
@@ -208,7 +241,7 @@ impl<M: Model> Fmi3Instance<M> {
         if self.version.step_state == INTERMEDIATE_UPDATE {
             return self.not_for_update(number);
         }
-        Ok(())
+        self.check_clocks(number, "read")
     }
 
     #[cold]

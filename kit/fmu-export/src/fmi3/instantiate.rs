@@ -2,11 +2,11 @@
 
 use super::description::check;
 use super::ffi::*;
-use super::instance::{Fmi3, Update};
+use super::instance::{Fmi3, Schedule, Update};
 use super::log;
 use crate::Model;
 use crate::c_api::arguments::array;
-use crate::c_api::call_order::{CS, ME, STEP_MODE};
+use crate::c_api::call_order::{CS, ME, SE, STEP_MODE};
 use crate::c_api::export::Exported;
 use crate::c_api::library::{self, Library, Request, refusal, text};
 use crate::core::fault::Fault;
@@ -28,7 +28,17 @@ pub struct CoSimulation {
     pub update: Option<IntermediateUpdate>,
 }
 
-/// fmi3InstantiateCoSimulation with `co_simulation`, fmi3InstantiateModelExchange without it.
+/// The interface to instantiate, with the arguments that it alone has.
+pub enum Interface {
+    /// Co-Simulation.
+    CoSimulation(CoSimulation),
+    /// Model Exchange.
+    ModelExchange,
+    /// Scheduled Execution.
+    ScheduledExecution(Option<ClockUpdate>, Option<Preemption>, Option<Preemption>),
+}
+
+/// The function that instantiates an interface.
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry); the callbacks may be called until
@@ -42,13 +52,22 @@ pub unsafe fn instantiate<X: Exported>(
     logging_on: Boolean,
     environment: InstanceEnvironment,
     log_message: Option<LogMessage>,
-    co_simulation: Option<CoSimulation>,
+    with: Interface,
 ) -> Instance {
-    let (function, interface) = match co_simulation {
-        Some(_) => ("fmi3InstantiateCoSimulation", CS),
-        None => ("fmi3InstantiateModelExchange", ME),
+    let (function, interface, is_offered) = match with {
+        Interface::CoSimulation(_) => ("fmi3InstantiateCoSimulation", CS, true),
+        Interface::ModelExchange => (
+            "fmi3InstantiateModelExchange",
+            ME,
+            X::Model::MODEL_EXCHANGE.is_some(),
+        ),
+        Interface::ScheduledExecution(..) => (
+            "fmi3InstantiateScheduledExecution",
+            SE,
+            X::Model::SCHEDULED_EXECUTION,
+        ),
     };
-    if interface == ME && X::Model::MODEL_EXCHANGE.is_none() {
+    if !is_offered {
         // SAFETY: forwarded.
         return unsafe {
             refuse_instantiation::<X>(function, logging_on, environment, log_message)
@@ -57,6 +76,19 @@ pub unsafe fn instantiate<X: Exported>(
     library.silence_panics();
     // SAFETY: forwarded.
     let (name, token, resources) = unsafe { (text(name), text(token), text(resources)) };
+    let (co_simulation, schedule) = match with {
+        Interface::CoSimulation(said) => (Some(said), None),
+        Interface::ModelExchange => (None, None),
+        Interface::ScheduledExecution(clock_update, lock, unlock) => {
+            let schedule = Schedule {
+                lock,
+                unlock,
+                clock_update,
+                environment,
+            };
+            (None, Some(schedule))
+        }
+    };
     let said = co_simulation.as_ref();
     let request = Request {
         function,
@@ -72,12 +104,22 @@ pub unsafe fn instantiate<X: Exported>(
             may_return_early: said.is_some_and(|said| said.early_return_allowed != 0),
             step_state: STEP_MODE,
             update: None,
+            schedule,
         },
     };
     request.instantiate::<X::Model>(check, |fmi| {
         let Some(said) = co_simulation else {
             return Ok(());
         };
+        if !X::Model::CLOCKS.is_empty() && said.event_mode_used == 0 {
+            if let Some(clock) = X::Model::CLOCKS.iter().find(|clock| clock.is_triggered()) {
+                return Err(format!(
+                    "eventModeUsed is false; it must be true, because clock `{}` ticks in Event Mode only",
+                    clock.row.name
+                ));
+            }
+            fmi.instance.ticks_itself = true;
+        }
         let n = said.n_required;
         // SAFETY: forwarded.
         let required = unsafe { array("requiredIntermediateVariables", said.required, n) };
@@ -137,24 +179,30 @@ fn folder(path: &str) -> Result<PathBuf, String> {
     }
 }
 
-/// Refuses fmi3InstantiateScheduledExecution, and fmi3InstantiateModelExchange for a model that
-/// supports Co-Simulation only.
+/// Refuses to instantiate an interface that the model does not have.
 ///
 /// # Safety
 /// As for every function of [`entry`](super::entry).
-pub unsafe fn refuse_instantiation<X: Exported>(
+unsafe fn refuse_instantiation<X: Exported>(
     function: &str,
     logging_on: Boolean,
     environment: InstanceEnvironment,
     log_message: Option<LogMessage>,
 ) -> Instance {
     let log = log::new::<X::Model>(logging_on, environment, log_message);
-    let reason = match X::Model::MODEL_EXCHANGE {
-        None => {
+    let (has_exchange, is_scheduled) = (
+        X::Model::MODEL_EXCHANGE.is_some(),
+        X::Model::SCHEDULED_EXECUTION,
+    );
+    let reason = match (has_exchange, is_scheduled) {
+        (false, false) => {
             "this FMU offers Co-Simulation only; it must be instantiated by fmi3InstantiateCoSimulation"
         }
-        Some(_) => {
+        (true, _) => {
             "this FMU offers Co-Simulation and Model Exchange; it must be instantiated for one of them"
+        }
+        (false, true) => {
+            "this FMU offers Co-Simulation and Scheduled Execution; it must be instantiated for one of them"
         }
     };
     log.send(&[refusal(function, reason)], Status::Error);

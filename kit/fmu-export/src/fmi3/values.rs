@@ -27,6 +27,7 @@ functions! { ($) Fmi3 export_fmi3_values;
         |fmi| {
             let vr = array(VR, vr, n)?;
             fmi.instance.check_between_events(|k| vr.at(k))?;
+            fmi.check_clocks(|k| vr.at(k), "set")?;
             let (vr, all) = (&vr, &array("values", values, n_values)?);
             (fmi.instance).set_blocks(move |k| vr.at(k), all.len(), move |k| all.get(k), move || all.iter())?;
             fmi.note_set();
@@ -43,6 +44,7 @@ functions! { ($) Fmi3 export_fmi3_values;
     fmi3SetString [SET] (vr: *const ValueReference, n: usize, values: *const Str, n_values: usize)
         |fmi| {
             let (vr, values) = (array(VR, vr, n)?, texts("values", values, n_values)?);
+            fmi.check_clocks(|k| vr.at(k), "set")?;
             let elements = elements(fmi, vr, n_values)?;
             fmi.set_texts(elements.into_iter(), &values)?;
             fmi.note_set();
@@ -67,6 +69,7 @@ functions! { ($) Fmi3 export_fmi3_values;
     fmi3SetBinary [SET] (vr: *const ValueReference, n: usize, sizes: *const usize, values: *const Binary, n_values: usize)
         |fmi| {
             let (vr, sizes) = (array(VR, vr, n)?, array("valueSizes", sizes, n_values)?);
+            fmi.check_clocks(|k| vr.at(k), "set")?;
             let values = array("values", values, n_values)?;
             let value = |k| bytes(&format!("values[{k}]"), values.get(k), sizes.get(k)).map(crate::Binary::from);
             let given = (0..n_values).map(value).collect::<Result<Vec<_>, _>>()?;
@@ -121,6 +124,7 @@ fn set<M: Model>(
     vr: Array<ValueReference>,
     bytes: &[u8],
 ) -> Result<(), Fault> {
+    fmi.check_clocks(|k| vr.at(k), "set")?;
     (fmi.instance).set_numbers(&|k| vr.at(k), Numbers::new(kind, bytes))?;
     fmi.note_set();
     Ok(())

@@ -292,7 +292,7 @@ functions! { ($) export_component_types "fmi:fmi3/";
         let said = e::CoSimulation { event_mode_used, early_return_allowed, required, n_required, update };
         let instance = e::instantiate::<X>(
             &LIBRARY, name.as_ptr(), token.as_ptr(), folder, logging_on,
-            name.as_ptr().cast_mut().cast(), Some(fmu_log_message()), Some(said),
+            name.as_ptr().cast_mut().cast(), Some(fmu_log_message()), e::Interface::CoSimulation(said),
         );
         if instance.is_null() {
             return plain([0_u32; 2]);

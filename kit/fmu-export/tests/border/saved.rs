@@ -173,14 +173,14 @@ fn sealed(mut bytes: Vec<u8>) -> Vec<u8> {
 
 /// Bytes that are whole, but hold what no instance can hold. Places in `postcard`: phase (44),
 /// start, stop, time (54..62), 29 bytes of parameters, the number of elements (91) and what was set
-/// of each; at the end the order of the input derivatives, no held inputs and no model.
+/// of each; at the end the order of the input derivatives, no held inputs, no model and no clocks.
 #[test]
 fn whole_bytes_of_an_impossible_state_are_refused() {
     let fmu = Fmu::instantiated();
     let bytes = fmu.serialize(fmu.save());
     let end = bytes.len();
     assert_eq!((bytes[44], u32::from(bytes[108])), (0, vr::COUNT));
-    assert_eq!(bytes[end - 3..], [0, 0, 0]);
+    assert_eq!(bytes[end - 4..], [0; 4]);
     let changed = |change: fn(&mut Vec<u8>)| {
         let mut copy = bytes.clone();
         change(&mut copy);
@@ -192,7 +192,7 @@ fn whole_bytes_of_an_impossible_state_are_refused() {
         |_| {},
         |b| b[54..62].copy_from_slice(&0.25_f64.to_le_bytes()),
         |b| b[44] = 1, // Initialization Mode needs no model
-        |b| *b.iter_mut().nth_back(2).unwrap() = 3,
+        |b| *b.iter_mut().nth_back(3).unwrap() = 3,
     ];
     for (i, change) in possible.into_iter().enumerate() {
         assert_eq!(changed(change), Status::Ok, "{i}");
@@ -202,7 +202,7 @@ fn whole_bytes_of_an_impossible_state_are_refused() {
         |b| b[54..62].copy_from_slice(&f64::INFINITY.to_le_bytes()),
         |b| b[44] = 2,                              // stepping, without a model
         |b| b[44] = 3,                              // terminated, without a model
-        |b| *b.iter_mut().nth_back(2).unwrap() = 4, // an order that there is not
+        |b| *b.iter_mut().nth_back(3).unwrap() = 4, // an order that there is not
         |b| {
             b[108] -= 1;
             b.remove(109); // an element too few

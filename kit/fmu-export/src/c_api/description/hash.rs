@@ -40,6 +40,14 @@ pub(crate) fn hash<M: Model>(
         all.row(row);
         all.start(row, parameters, input, &output);
     }
+    for clock in M::CLOCKS {
+        all.text(clock.variability());
+        all.reals(clock.interval().as_slice());
+        all.reals(&[clock.shift]);
+    }
+    if M::SCHEDULED_EXECUTION {
+        all.text("scheduled");
+    }
     Uuid::new_v5(&Uuid::NAMESPACE_OID, &all.0)
 }
 
@@ -181,6 +189,8 @@ impl Bytes {
             structural,
             tunable,
             discrete,
+            clocks,
+            previous,
             not_in_evaluation: _,
             read_by_string_setters: _,
             packed_file: _,
@@ -227,6 +237,10 @@ impl Bytes {
         }
         if !mime_type.is_empty() {
             self.texts(&["MIME", mime_type]);
+        }
+        if !clocks.is_empty() {
+            self.texts(clocks);
+            self.texts(previous.as_slice());
         }
         if structural || !shape.is_empty() {
             self.flags([structural]);

@@ -9,7 +9,7 @@ use crate::core::model::Variable;
 use crate::core::sizes::{self, StartValues};
 use crate::core::storage::{Kind, Storage, TypeNames, each, typed};
 use crate::core::value::Value;
-use crate::{Enumeration, Model, ModelExchange};
+use crate::{Clock, Enumeration, Model, ModelExchange};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The first mistake in the table, with the name of the row.
@@ -29,6 +29,7 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &StartValues<M>) -> Res
             .map_err(|reason| format!("variable `{}`: {reason}", row.full_name()))?;
     }
     lengths(layout, start)?;
+    clocks::<M>()?;
     let (parameters, input) = start;
     let knowns = Knowns::new(layout);
     let mut names = BTreeMap::new();
@@ -119,6 +120,71 @@ fn twice<M: Model>(first: &Variable<M>, second: &Variable<M>) -> String {
         "is the name of {first} and of {second}; each variable has a name of its own, and a state of a model is an output or a \
          local variable"
     )
+}
+
+/// Clocks have intervals, clocked variables are discrete and name clocks, and the variable of a
+/// previous value fits.
+fn clocks<M: Model>() -> Result<(), String> {
+    for clock in M::CLOCKS {
+        let name = clock.row.name;
+        let is_sound = clock.shift >= 0.0 && clock.shift.is_finite();
+        if !is_sound || clock.shift > 0.0 && !clock.is_periodic() {
+            return Err(format!(
+                "clock `{name}`: shift = {} s must be finite and at least 0, and only a periodic clock has one",
+                clock.shift
+            ));
+        }
+        if let Some(interval) = clock.interval().filter(|s| !clock.allows(*s)) {
+            return Err(format!(
+                "clock `{name}`: its period = {interval} s must be finite and above 0"
+            ));
+        }
+    }
+    let own = M::CLOCKS.iter().map(|clock| &clock.row);
+    for row in M::variables().iter().chain(own) {
+        let name = row.name;
+        let is_clock = |clock: &&str| M::CLOCKS.iter().any(|known| known.row.name == *clock);
+        if let Some(clock) = row.clocks.iter().find(|clock| !is_clock(clock)) {
+            return Err(format!(
+                "variable `{name}` belongs to `{clock}`, which is not a clock of the model"
+            ));
+        }
+        let is_discrete = matches!(row.variability(), "discrete" | "tunable");
+        if !row.clocks.is_empty() && !is_discrete {
+            return Err(format!(
+                "variable `{name}` belongs to a clock and is {}; it must be discrete",
+                row.variability()
+            ));
+        }
+        let Some(previous) = row.previous else {
+            continue;
+        };
+        let is_fit = |other: &&Variable<M>| {
+            other.name == previous
+                && other.storage.kind() == row.storage.kind()
+                && other.variability() == "discrete"
+                && other.causality != Causality::Input
+        };
+        let is_shared = |other: &&Variable<M>| other.previous == Some(previous);
+        if row.clocks.is_empty()
+            || previous == name
+            || !M::variables().iter().any(|other| is_fit(&other))
+            || M::variables().iter().filter(is_shared).count() > 1
+        {
+            return Err(format!(
+                "variable `{name}` has its previous value in `{previous}`: it must belong to a clock, and `{previous}` be another discrete \
+                 variable of its type, no input, and of no other variable"
+            ));
+        }
+    }
+    let has_partition = M::CLOCKS.iter().any(Clock::is_input);
+    if M::SCHEDULED_EXECUTION && !(has_partition && M::MODEL_EXCHANGE.is_none()) {
+        return Err(
+            "Scheduled Execution is for a model with input clocks and without continuous states"
+                .to_owned(),
+        );
+    }
+    Ok(())
 }
 
 fn experiment<M: Model>() -> Result<(), String> {

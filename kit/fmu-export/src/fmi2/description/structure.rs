@@ -14,7 +14,11 @@ pub(super) fn model_structure<M: Model>(layout: &Layout<M>) -> Result<Element, S
         let mut unknowns = Vec::new();
         let is_unknown = |row: &Variable<M>| match element {
             "Derivatives" => row.storage.is_derivative(),
-            _ => row.is_unknown(initially) && (initially || !row.storage.is_equation()),
+            _ => {
+                !row.storage.is_clock()
+                    && row.is_unknown(initially)
+                    && (initially || !row.storage.is_equation())
+            }
         };
         for (elements, row) in layout.rows().filter(|(_, row)| is_unknown(row)) {
             // No list for a long row with many dependencies, which means that it depends on

@@ -30,7 +30,9 @@ pub(super) fn model_variables<M: Model>(layout: &Layout<M>, (p, u): &StartValues
                 .with(start.map(|start| ("start", start)))])
     };
     let rows = || {
-        layout.numbered().map(|(number, (i, row))| {
+        // Clocks are time events.
+        let elements = (layout.numbered()).filter(|(_, (_, row))| !row.storage.is_clock());
+        elements.map(|(number, (i, row))| {
             // A size was chosen when the FMU was packed, and is a constant.
             let causality = match row.structural {
                 true => Causality::Constant,

@@ -23,12 +23,14 @@ pub(super) fn model_structure<M: Model>(layout: &Layout<M>) -> Result<Element, S
             .with([("valueReference", number.to_string())])
             .with(dependencies.into_iter().flatten()))
     };
-    let unknowns = |element, initially| {
+    let unknowns = |element, initially: bool| {
         let blocks = layout.blocks();
         blocks
             .filter(|(_, (span, ..))| match element {
                 "ContinuousStateDerivative" => span.row.storage.is_derivative(),
                 "EventIndicator" => matches!(span.row.storage, Storage::Indicator),
+                "ClockedState" => span.row.previous.is_some(),
+                _ if span.row.storage.is_clock() => span.row.is_unknown(false) && !initially,
                 _ => {
                     span.row.is_unknown(initially) && (initially || !span.row.storage.is_equation())
                 }
@@ -39,6 +41,7 @@ pub(super) fn model_structure<M: Model>(layout: &Layout<M>) -> Result<Element, S
     Ok(Element::new("ModelStructure")
         .holding(unknowns("Output", false)?)
         .holding(unknowns("ContinuousStateDerivative", false)?)
+        .holding(unknowns("ClockedState", false)?)
         .holding(unknowns("InitialUnknown", true)?)
         .holding(unknowns("EventIndicator", false)?))
 }

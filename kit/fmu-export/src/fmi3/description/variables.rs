@@ -3,7 +3,7 @@
 
 use super::super::instance::NAMES;
 use crate::Model;
-use crate::c_api::description::{Element, type_attributes, variable};
+use crate::c_api::description::{Element, real, type_attributes, variable};
 use crate::core::causality::Causality;
 use crate::core::layout::{Block, Layout, RowSpan, TIME};
 use crate::core::length::Length;
@@ -26,7 +26,11 @@ pub(super) fn model_variables<M: Model>(layout: &Layout<M>, (p, u): &StartValues
         let state = layout.state_position(span.row, first);
         let state = state.map(|state| ("derivative", layout.block_at(state).0.to_string()));
         let starts = (first..first + n).map(start).collect();
-        block_variable(number, block, starts, dimensions(layout, &span)).with(state)
+        let previous = (span.row.previous).map(|name| ("previous", reference(layout, name)));
+        block_variable(number, block, starts, dimensions(layout, &span))
+            .with(state)
+            .with(clocks(layout, span.row))
+            .with(previous)
     });
     Element::new("ModelVariables")
         .holding([time])
@@ -48,6 +52,7 @@ fn block_variable<M: Model>(
     let element = row.type_name(&NAMES);
     let update = row.has_intermediate_update().then_some("true");
     let (_, initial) = row.causality_and_initial();
+    let initial = initial.filter(|_| !row.storage.is_clock());
     let is_text = matches!(row.storage.kind(), Kind::String | Kind::Binary);
     let [texts, numbers] = match starts {
         Some(starts) if is_text => [starts, Vec::new()],
@@ -74,15 +79,44 @@ fn block_variable<M: Model>(
         }))
 }
 
+/// The number of the variable with this name.
+fn reference<M: Model>(layout: &Layout<M>, name: &str) -> String {
+    let number = (layout.blocks()).find(|(_, (span, ..))| span.row.name == name);
+    number.map_or(0, |(number, _)| number).to_string()
+}
+
+/// The clocks that a variable belongs to, and the attributes of a variable that is a clock itself.
+fn clocks<M: Model>(
+    layout: &Layout<M>,
+    row: &Variable<M>,
+) -> impl Iterator<Item = (&'static str, String)> {
+    let of = row.clocks.iter().map(|name| reference(layout, name));
+    let of = Vec::from_iter(of).join(" ");
+    let mut attributes = Vec::new();
+    if !of.is_empty() {
+        attributes.push(("clocks", of));
+    }
+    let mut all = M::CLOCKS.iter().enumerate();
+    let own = all.find(|(_, clock)| row.storage.is_clock() && clock.row.name == row.name);
+    if let Some((priority, clock)) = own {
+        attributes.push(("intervalVariability", clock.variability().to_owned()));
+        attributes.extend((clock.interval()).map(|s| ("intervalDecimal", real(s))));
+        if clock.shift > 0.0 {
+            attributes.push(("shiftDecimal", real(clock.shift)));
+        }
+        if clock.is_input() {
+            attributes.push(("canBeDeactivated", "true".to_owned()));
+            attributes.push(("priority", priority.to_string()));
+        }
+    }
+    attributes.into_iter()
+}
+
 /// The dimensions of an array: each a number, or the reference of a structural parameter.
 fn dimensions<M: Model>(layout: &Layout<M>, span: &RowSpan<M>) -> Vec<(&'static str, String)> {
     let length = |length: &Length| match *length {
         Length::Fixed(n) => ("start", n.to_string()),
-        Length::Parameter(name) => {
-            let number = (layout.blocks()).find(|(_, (span, ..))| span.row.name == name);
-            let number = number.map_or(0, |(number, _)| number);
-            ("valueReference", number.to_string())
-        }
+        Length::Parameter(name) => ("valueReference", reference(layout, name)),
     };
     match span.row.lengths() {
         _ if !span.is_array() => Vec::new(),
