@@ -20,6 +20,17 @@ pub trait Exports: Any + Send + Sync {
     unsafe fn function<F: Copy>(&self, name: &str) -> Option<F>;
 }
 
+/// Functions that this program has itself, by name.
+#[derive(Clone, Copy)]
+pub struct Offered(pub fn(&str) -> Option<*const c_void>);
+
+impl Exports for Offered {
+    unsafe fn function<F: Copy>(&self, name: &str) -> Option<F> {
+        // SAFETY: a pointer to the function of this name, as the caller promises.
+        (self.0)(name).map(|function| unsafe { std::mem::transmute_copy(&function) })
+    }
+}
+
 /// `fmi2CallbackFunctions`.
 #[repr(C)]
 pub struct Callbacks {

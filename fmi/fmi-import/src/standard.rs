@@ -9,6 +9,8 @@
 
 use std::ffi::{c_char, c_void};
 
+pub use crate::calls::Logger;
+
 /// An instance, a saved state, an environment.
 pub type Pointer = *mut c_void;
 /// A C string.
@@ -180,7 +182,9 @@ macro_rules! fmi2_functions {
     };
 }
 
-/// As `fmi2_functions`, with the functions of FMI 3.0.
+/// As `fmi2_functions`, with the functions of FMI 3.0; also for programs that offer these functions
+/// themselves.
+#[macro_export]
 macro_rules! fmi3_functions {
     ($make:ident! $($first:tt)*) => {
         $make! {

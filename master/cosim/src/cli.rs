@@ -187,6 +187,7 @@ impl SystemArgs {
             interfaces: self.interfaces.clone(),
             isolated: self.isolation.isolate.clone(),
             limits: self.isolation.limits()?,
+            prefers_wasm: self.isolation.prefer == "wasm",
         })
     }
 

@@ -30,6 +30,8 @@ use crate::under_way::last_words;
 const NAP: Duration = Duration::from_millis(20);
 /// The process ends itself at the limit of a call; if it cannot, it is killed so long after.
 const GRACE: Duration = Duration::from_secs(2);
+/// The same where WebAssembly is compiled first.
+const COMPILING: Duration = Duration::from_mins(2);
 
 /// Processes of isolated instances that this program has.
 static PROCESSES: AtomicUsize = AtomicUsize::new(0);
@@ -52,6 +54,7 @@ pub type Answered = std::result::Result<f64, Vec<u8>>;
 pub struct Channel {
     name: String,
     limits: Limits,
+    grace: Duration,
     process: RefCell<Process>,
     socket: UnixStream,
     segment: Segment,
@@ -76,20 +79,22 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// Starts the process of the instance `name`.
-    pub fn start(name: String, limits: Limits) -> Result<Self> {
+    /// Starts the process of the instance `name`, of WebAssembly or not.
+    pub fn start(name: String, limits: Limits, is_wasm: bool) -> Result<Self> {
         let (segment, file) = Segment::new(WORDS)?;
         let (socket, other) = UnixStream::pair()?;
-        let mut command = command(&name)?;
+        let mut command = command(&name, is_wasm)?;
         command.stdin(Stdio::from(OwnedFd::from(other)));
         command.stdout(Stdio::from(file));
         let process = Process::start(&mut command)
             .with_context(|| format!("{:?} cannot be started", command.get_program()))?;
-        socket.set_read_timeout(limits.time.map(|time| time + GRACE))?;
+        let grace = if is_wasm { COMPILING } else { GRACE };
+        socket.set_read_timeout(limits.time.map(|time| time + grace))?;
         PROCESSES.fetch_add(1, Relaxed);
         Ok(Self {
             name,
             limits,
+            grace,
             process: RefCell::new(process),
             socket,
             segment,
@@ -259,7 +264,7 @@ impl Channel {
         let (Some(time), Some(begun)) = (self.limits.time, begun) else {
             return Ok(());
         };
-        if begun.elapsed() > (time + GRACE) * self.under_way().max(1) {
+        if begun.elapsed() > (time + self.grace) * self.under_way().max(1) {
             process.kill()?;
             let seconds = time.as_secs_f64();
             return Err(self.over(format!("it gave no answer within {seconds} s")));

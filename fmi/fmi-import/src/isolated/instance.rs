@@ -97,7 +97,7 @@ impl IsolatedInstance {
         };
         let name = arguments.name.to_string_lossy().into_owned();
         let hosted = Hosted {
-            channel: Channel::start(name, limits).context("a process of its own")?,
+            channel: Channel::start(name, limits, fmu.is_wasm()).context("a process of its own")?,
             batches: RefCell::default(),
             last_batch: Cell::new(0),
             sets: Cell::new(0),

@@ -30,6 +30,10 @@ pub struct IsolationArgs {
     /// Most memory of such a process: `500MB`, `2GiB` [default: none]
     #[arg(long, value_name = "SIZE")]
     pub memory_limit: Option<String>,
+    /// What runs of FMUs that have a library and WebAssembly: library, or wasm, in processes of their
+    /// own
+    #[arg(long, value_name = "BINARY", value_parser = ["library", "wasm"], default_value = "library")]
+    pub prefer: String,
 }
 
 impl IsolationArgs {
