@@ -17,7 +17,7 @@ use wasmtime::component::{
 use wasmtime::{Config, Engine, Store, StoreLimits, StoreLimitsBuilder};
 use wasmtime_wasi::{DirPerms, FilePerms, WasiCtx, WasiCtxBuilder, WasiCtxView, WasiView};
 
-bindgen!({ path: "../../fmi/fmu-check/src/fmi3.wit", world: "importer" });
+bindgen!({ path: "../../fmi/fmu-check/src/fmi3.wit", world: "fmu" });
 
 pub use exports::fmi::fmi3::{co_simulation, model_exchange};
 pub use fmi::fmi3::types::{DependencyKind, IntervalFraction, Status};
