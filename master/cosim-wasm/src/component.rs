@@ -15,7 +15,7 @@ use wasmtime::component::{
     Component, HasSelf, InstancePre, Linker, ResourceAny, ResourceTable, bindgen,
 };
 use wasmtime::{Config, Engine, Store, StoreLimits, StoreLimitsBuilder};
-use wasmtime_wasi::{DirPerms, FilePerms, WasiCtx, WasiCtxBuilder, WasiCtxView, WasiView};
+use wasmtime_wasi::{FsPerms, WasiCtx, WasiCtxBuilder, WasiCtxView, WasiView};
 
 bindgen!({ path: "../../fmi/fmu-check/src/fmi3.wit", world: "fmu" });
 
@@ -144,9 +144,8 @@ impl Instance {
         let loaded = LOADED.get()?;
         let mut wasi = WasiCtxBuilder::new();
         wasi.inherit_stdout().inherit_stderr();
-        let read = (DirPerms::READ, FilePerms::READ);
         // One without resources needs none.
-        let _ = wasi.preopened_dir(&loaded.resources, RESOURCES, read.0, read.1);
+        let _ = wasi.preopened_dir(&loaded.resources, RESOURCES, FsPerms::ReadOnly);
         let memory = loaded.limits.memory.map_or(usize::MAX, |most| most as usize);
         let limits = StoreLimitsBuilder::new().memory_size(memory);
         let state = State {

@@ -183,12 +183,7 @@ impl SystemArgs {
     }
 
     fn fmu_use(&self) -> Result<FmuUse> {
-        Ok(FmuUse {
-            interfaces: self.interfaces.clone(),
-            isolated: self.isolation.isolate.clone(),
-            limits: self.isolation.limits()?,
-            prefers_wasm: self.isolation.prefer == "wasm",
-        })
+        self.isolation.clone().fmu_use(self.interfaces.clone())
     }
 
     /// The system with parameter sets, sizes of arrays and ways of stepping, wherever its FMUs come
