@@ -81,7 +81,14 @@ impl State {
         if let (Some(logger), [Ok(category), Ok(text)]) = (self.logger, texts) {
             let environment = self.environment.load(Relaxed);
             // SAFETY: what the importer gave, and C strings.
-            unsafe { logger(environment, status as c_int, category.as_ptr(), text.as_ptr()) };
+            unsafe {
+                logger(
+                    environment,
+                    status as c_int,
+                    category.as_ptr(),
+                    text.as_ptr(),
+                )
+            };
         }
     }
 }
@@ -146,7 +153,10 @@ impl Instance {
         wasi.inherit_stdout().inherit_stderr();
         // One without resources needs none.
         let _ = wasi.preopened_dir(&loaded.resources, RESOURCES, FsPerms::ReadOnly);
-        let memory = loaded.limits.memory.map_or(usize::MAX, |most| most as usize);
+        let memory = loaded
+            .limits
+            .memory
+            .map_or(usize::MAX, |most| most as usize);
         let limits = StoreLimitsBuilder::new().memory_size(memory);
         let state = State {
             wasi: wasi.build(),
@@ -188,17 +198,21 @@ impl Instance {
             Some(([events, early], variables)) => {
                 let indices = loaded.co_simulation.as_ref().map_err(lacks)?;
                 let guest = indices.load(&mut *store, &instance)?;
-                let this = guest.co_simulation_instance().call_instantiate_co_simulation(
-                    store, name, token, RESOURCES, false, logging, events, early, variables,
-                )?;
+                let this = guest
+                    .co_simulation_instance()
+                    .call_instantiate_co_simulation(
+                        store, name, token, RESOURCES, false, logging, events, early, variables,
+                    )?;
                 this.map(|this| (Guest::CoSimulation(guest), this))
             }
             None => {
                 let indices = loaded.model_exchange.as_ref().map_err(lacks)?;
                 let guest = indices.load(&mut *store, &instance)?;
-                let this = guest.model_exchange_instance().call_instantiate_model_exchange(
-                    store, name, token, RESOURCES, false, logging,
-                )?;
+                let this = guest
+                    .model_exchange_instance()
+                    .call_instantiate_model_exchange(
+                        store, name, token, RESOURCES, false, logging,
+                    )?;
                 this.map(|this| (Guest::ModelExchange(guest), this))
             }
         })

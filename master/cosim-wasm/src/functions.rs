@@ -32,7 +32,11 @@ type Given<T> = Result<std::result::Result<T, Status>>;
 /// An array of an importer.
 unsafe fn list<'a, T>(at: *const T, count: usize) -> &'a [T] {
     // SAFETY: by FMI there are so many; of none, it may be NULL.
-    if count == 0 { &[] } else { unsafe { slice::from_raw_parts(at, count) } }
+    if count == 0 {
+        &[]
+    } else {
+        unsafe { slice::from_raw_parts(at, count) }
+    }
 }
 
 /// Lets an instance do something; returns its status.
@@ -43,7 +47,10 @@ unsafe fn with(this: Pointer, run: impl FnOnce(&mut Instance) -> Result<Status>)
     };
     let status = run(instance).unwrap_or_else(|error| {
         let text = format!("{:#}", error.root_cause());
-        instance.store.data().log(Status::Fatal, "logStatusFatal", &text);
+        instance
+            .store
+            .data()
+            .log(Status::Fatal, "logStatusFatal", &text);
         Status::Fatal
     });
     status as c_int
@@ -67,8 +74,13 @@ impl Instance {
     /// Copies values to an array of so many.
     unsafe fn copy<T: Copy>(&mut self, given: &[T], to: *mut T, count: usize) -> Status {
         if given.len() != count {
-            let text = format!("the component gave {} values instead of {count}", given.len());
-            self.store.data().log(Status::Error, "logStatusError", &text);
+            let text = format!(
+                "the component gave {} values instead of {count}",
+                given.len()
+            );
+            self.store
+                .data()
+                .log(Status::Error, "logStatusError", &text);
             return Status::Error;
         }
         // SAFETY: by FMI there is room for so many.
@@ -96,98 +108,136 @@ macro_rules! call {
 macro_rules! exchange {
     ($instance:expr, $method:ident $(, $argument:expr)*) => {{
         let Instance { store, guest, this, .. } = $instance;
-        let Guest::ModelExchange(guest) = guest else {
-            wasmtime::bail!("the instance is not for Model Exchange");
-        };
-        guest.model_exchange_instance().$method(store, *this $(, $argument)*)
+        match guest {
+            Guest::ModelExchange(guest) => {
+                guest.model_exchange_instance().$method(store, *this $(, $argument)*)
+            }
+            Guest::CoSimulation(_) => wasmtime::bail!("the instance is for Co-Simulation"),
+        }
     }};
 }
 
-/// Defines functions of the same arguments: a name, the method and what differs.
+/// Defines functions that return a status: name, arguments, what the instance does, and for what it
+/// gives then, how that is taken. Those of the same arguments are listed with the method and the
+/// type.
 macro_rules! functions {
-    (plain $call:ident $($name:ident $method:ident;)*) => {$(
-        unsafe extern "C" fn $name(this: Pointer) -> c_int {
-            // SAFETY: FMI's promise, as in all of these.
-            unsafe { with(this, |i| $call!(i, $method)) }
+    ($($name:ident($($argument:ident: $type:ty),*) = $run:expr $(, $take:expr)?;)*) => {$(
+        unsafe extern "C" fn $name(this: Pointer $(, $argument: $type)*) -> c_int {
+            // SAFETY: what FMI promises of the instance and of all arguments.
+            unsafe { functions!(@do this, $run $(, $take)?) }
         }
     )*};
-    (get $($name:ident $method:ident $type:ty;)*) => {$(
-        unsafe extern "C" fn $name(
-            this: Pointer, vr: *const u32, n: usize, to: *mut $type, count: usize,
-        ) -> c_int {
-            // SAFETY: as above.
-            unsafe { read(this, |i| call!(i, $method, list(vr, n)), |i, given| i.copy(&given, to, count)) }
-        }
-    )*};
-    (set $($name:ident $method:ident $type:ty;)*) => {$(
-        unsafe extern "C" fn $name(
-            this: Pointer, vr: *const u32, n: usize, values: *const $type, count: usize,
-        ) -> c_int {
-            // SAFETY: as above.
-            unsafe { with(this, |i| call!(i, $method, list(vr, n), list(values, count))) }
-        }
-    )*};
-    (set_clock $($name:ident $method:ident $type:ty;)*) => {$(
-        unsafe extern "C" fn $name(
-            this: Pointer, vr: *const u32, n: usize, values: *const $type,
-        ) -> c_int {
-            // SAFETY: as above.
-            unsafe { with(this, |i| call!(i, $method, list(vr, n), list(values, n))) }
-        }
-    )*};
-    (set_fraction $($name:ident $method:ident;)*) => {$(
-        unsafe extern "C" fn $name(
-            this: Pointer, vr: *const u32, n: usize, counters: *const u64, resolutions: *const u64,
-        ) -> c_int {
-            // SAFETY: as above.
-            let [counters, resolutions] = unsafe { [counters, resolutions].map(|at| list(at, n)) };
-            let pairs = counters.iter().zip(resolutions);
-            let pairs = pairs.map(|(&counter, &resolution)| IntervalFraction { counter, resolution });
-            let pairs: Vec<_> = pairs.collect();
-            // SAFETY: as above.
-            unsafe { with(this, |i| call!(i, $method, list(vr, n), &pairs)) }
-        }
-    )*};
-    (vector $($name:ident $method:ident;)*) => {$(
-        unsafe extern "C" fn $name(this: Pointer, to: *mut f64, count: usize) -> c_int {
-            // SAFETY: as above.
-            unsafe { read(this, |i| exchange!(i, $method), |i, given| i.copy(&given, to, count)) }
-        }
-    )*};
-    (number $($name:ident $method:ident;)*) => {$(
-        unsafe extern "C" fn $name(this: Pointer, to: *mut usize) -> c_int {
-            // SAFETY: as above.
-            unsafe { read(this, |i| exchange!(i, $method), |i, count| i.copy(&[count as usize], to, 1)) }
-        }
-    )*};
-    (derivative $($name:ident $method:ident;)*) => {$(
-        unsafe extern "C" fn $name(
-            this: Pointer, of: *const u32, n_of: usize, along: *const u32, n_along: usize,
-            seeds: *const f64, n_seeds: usize, to: *mut f64, count: usize,
-        ) -> c_int {
-            // SAFETY: as above.
-            unsafe {
-                let [of, along] = [(of, n_of), (along, n_along)].map(|(at, n)| list(at, n));
-                let run = |i: &mut Instance| call!(i, $method, of, along, list(seeds, n_seeds));
-                read(this, run, |i, given| i.copy(&given, to, count))
-            }
-        }
-    )*};
+    (@do $this:ident, $run:expr) => { with($this, $run) };
+    (@do $this:ident, $run:expr, $take:expr) => { read($this, $run, $take) };
+    (get $($name:ident $method:ident $type:ty;)*) => { functions! {
+        $($name(vr: *const u32, n: usize, to: *mut $type, count: usize)
+            = |i| call!(i, $method, list(vr, n)), |i, given| i.copy(&given, to, count);)*
+    } };
+    (set $($name:ident $method:ident $type:ty;)*) => { functions! {
+        $($name(vr: *const u32, n: usize, values: *const $type, count: usize)
+            = |i| call!(i, $method, list(vr, n), list(values, count));)*
+    } };
+    (vector $($name:ident $method:ident;)*) => { functions! {
+        $($name(to: *mut f64, count: usize)
+            = |i| exchange!(i, $method), |i, given| i.copy(&given, to, count);)*
+    } };
+    (derivative $($name:ident $method:ident;)*) => { functions! {
+        $($name(
+            of: *const u32, n_of: usize, along: *const u32, n_along: usize, seeds: *const f64,
+            n_seeds: usize, to: *mut f64, count: usize
+        ) = |i| call!(i, $method, list(of, n_of), list(along, n_along), list(seeds, n_seeds)),
+            |i, given| i.copy(&given, to, count);)*
+    } };
 }
 
-functions! { plain call
-    fmi3ExitInitializationMode call_exit_initialization_mode;
-    fmi3EnterEventMode call_enter_event_mode;
-    fmi3Terminate call_terminate;
-    fmi3Reset call_reset;
-    fmi3EnterConfigurationMode call_enter_configuration_mode;
-    fmi3ExitConfigurationMode call_exit_configuration_mode;
-    fmi3EvaluateDiscreteStates call_evaluate_discrete_states;
-    fmi3EnterStepMode call_enter_step_mode;
+functions! {
+    fmi3SetDebugLogging(on: bool, n: usize, categories: *const Text)
+        = |i| call!(i, call_set_debug_logging, on, &texts(list(categories, n)));
+    fmi3EnterInitializationMode(has_tolerance: bool, tolerance: f64, start: f64, has_stop: bool, stop: f64)
+        = |i| {
+            let (tolerance, stop) = (has_tolerance.then_some(tolerance), has_stop.then_some(stop));
+            call!(i, call_enter_initialization_mode, tolerance, start, stop)
+        };
+    fmi3ExitInitializationMode() = |i| call!(i, call_exit_initialization_mode);
+    fmi3EnterEventMode() = |i| call!(i, call_enter_event_mode);
+    fmi3Terminate() = |i| call!(i, call_terminate);
+    fmi3Reset() = |i| call!(i, call_reset);
+    fmi3EnterConfigurationMode() = |i| call!(i, call_enter_configuration_mode);
+    fmi3ExitConfigurationMode() = |i| call!(i, call_exit_configuration_mode);
+    fmi3EvaluateDiscreteStates() = |i| call!(i, call_evaluate_discrete_states);
+    fmi3EnterStepMode() = |i| call!(i, call_enter_step_mode);
+    fmi3UpdateDiscreteStates(
+        again: *mut bool, terminates: *mut bool, nominals: *mut bool, values: *mut bool,
+        has_next: *mut bool, next: *mut f64
+    ) = |i| call!(i, call_update_discrete_states), |_, info| {
+        again.write(info.new_discrete_states_needed);
+        terminates.write(info.terminate_simulation);
+        nominals.write(info.nominals_of_continuous_states_changed);
+        values.write(info.values_of_continuous_states_changed);
+        has_next.write(info.next_event_time_defined);
+        next.write(info.next_event_time);
+        Status::Ok
+    };
+    fmi3DoStep(
+        t: f64, h: f64, no_set_prior: bool, event_needed: *mut bool, terminates: *mut bool,
+        early: *mut bool, last: *mut f64
+    ) = |i| match &i.guest {
+        Guest::CoSimulation(guest) => {
+            let methods = guest.co_simulation_instance();
+            methods.call_do_step(&mut i.store, i.this, t, h, no_set_prior)
+        }
+        Guest::ModelExchange(_) => wasmtime::bail!("the instance is for Model Exchange"),
+    }, |_, end| {
+        event_needed.write(end.event_handling_needed);
+        terminates.write(end.terminate_simulation);
+        early.write(end.early_return);
+        last.write(end.last_successful_time);
+        Status::Ok
+    };
+    fmi3GetOutputDerivatives(vr: *const u32, n: usize, orders: *const c_int, to: *mut f64, count: usize)
+        = |i| {
+            let orders = list(orders, n).iter().map(|order| order.cast_unsigned());
+            let wanted: Vec<_> = list(vr, n).iter().copied().zip(orders).collect();
+            call!(i, call_get_output_derivatives, &wanted)
+        }, |i, given| i.copy(&given, to, count);
+    fmi3EnterContinuousTimeMode() = |i| exchange!(i, call_enter_continuous_time_mode);
+    fmi3CompletedIntegratorStep(no_set_prior: bool, enters_events: *mut bool, terminates: *mut bool)
+        = |i| exchange!(i, call_completed_integrator_step, no_set_prior), |_, end| {
+            enters_events.write(end.enter_event_mode);
+            terminates.write(end.terminate_simulation);
+            Status::Ok
+        };
+    fmi3SetTime(time: f64) = |i| exchange!(i, call_set_time, time);
+    fmi3SetContinuousStates(states: *const f64, n: usize)
+        = |i| exchange!(i, call_set_continuous_states, list(states, n));
+    fmi3GetNumberOfEventIndicators(to: *mut usize)
+        = |i| exchange!(i, call_get_number_of_event_indicators), |i, n| i.copy(&[n as usize], to, 1);
+    fmi3GetNumberOfContinuousStates(to: *mut usize)
+        = |i| exchange!(i, call_get_number_of_continuous_states), |i, n| i.copy(&[n as usize], to, 1);
+    fmi3GetNumberOfVariableDependencies(vr: u32, to: *mut usize)
+        = |i| call!(i, call_get_number_of_variable_dependencies, vr), |i, n| i.copy(&[n as usize], to, 1);
+    fmi3GetVariableDependencies(
+        vr: u32, dependent: *mut usize, independents: *mut u32, elements: *mut usize,
+        kinds: *mut c_int, count: usize
+    ) = |i| call!(i, call_get_variable_dependencies, vr), |i, given| {
+        // Elements count from 0 there, and from 1 here.
+        let number = |index: u32| index as usize + 1;
+        let kind = |kind: DependencyKind| match kind {
+            DependencyKind::Dependent => 5,
+            other => other as c_int,
+        };
+        let all = given.iter();
+        let [of, along]: [Vec<usize>; 2] = [
+            all.clone().map(|d| number(d.element_index_of_dependent)).collect(),
+            all.clone().map(|d| number(d.element_index_of_independent)).collect(),
+        ];
+        i.copy(&of, dependent, count);
+        i.copy(&along, elements, count);
+        i.copy(&Vec::from_iter(all.clone().map(|d| d.independent_value_reference)), independents, count);
+        i.copy(&Vec::from_iter(all.map(|d| kind(d.kind))), kinds, count)
+    };
 }
-functions! { plain exchange
-    fmi3EnterContinuousTimeMode call_enter_continuous_time_mode;
-}
+
 functions! { get
     fmi3GetFloat32 call_get_float32 f32;
     fmi3GetFloat64 call_get_float64 f64;
@@ -214,28 +264,138 @@ functions! { set
     fmi3SetUInt64 call_set_uint64 u64;
     fmi3SetBoolean call_set_boolean bool;
 }
-functions! { set_clock
-    fmi3SetClock call_set_clock bool;
-    fmi3SetIntervalDecimal call_set_interval_decimal f64;
-    fmi3SetShiftDecimal call_set_shift_decimal f64;
-}
-functions! { set_fraction
-    fmi3SetIntervalFraction call_set_interval_fraction;
-    fmi3SetShiftFraction call_set_shift_fraction;
-}
 functions! { vector
     fmi3GetContinuousStates call_get_continuous_states;
     fmi3GetContinuousStateDerivatives call_get_continuous_state_derivatives;
     fmi3GetEventIndicators call_get_event_indicators;
     fmi3GetNominalsOfContinuousStates call_get_nominals_of_continuous_states;
 }
-functions! { number
-    fmi3GetNumberOfEventIndicators call_get_number_of_event_indicators;
-    fmi3GetNumberOfContinuousStates call_get_number_of_continuous_states;
-}
 functions! { derivative
     fmi3GetDirectionalDerivative call_get_directional_derivative;
     fmi3GetAdjointDerivative call_get_adjoint_derivative;
+}
+
+// Texts, bytes and clocks.
+functions! {
+    fmi3GetString(vr: *const u32, n: usize, to: *mut Text, count: usize)
+        = |i| call!(i, call_get_string, list(vr, n)), |i, given| {
+            let texts = given.into_iter().map(|text| CString::new(text).unwrap_or_default());
+            i.texts = texts.collect();
+            let at: Vec<Text> = i.texts.iter().map(|text| text.as_ptr()).collect();
+            i.copy(&at, to, count)
+        };
+    fmi3SetString(vr: *const u32, n: usize, values: *const Text, count: usize)
+        = |i| call!(i, call_set_string, list(vr, n), &texts(list(values, count)));
+    fmi3GetBinary(vr: *const u32, n: usize, sizes: *mut usize, to: *mut *const u8, count: usize)
+        = |i| call!(i, call_get_binary, list(vr, n)), |i, given| {
+            i.bytes = given;
+            let all = i.bytes.iter().map(|bytes| (bytes.len(), bytes.as_ptr()));
+            let (lengths, at): (Vec<usize>, Vec<*const u8>) = all.unzip();
+            i.copy(&lengths, sizes, count);
+            i.copy(&at, to, count)
+        };
+    fmi3SetBinary(vr: *const u32, n: usize, sizes: *const usize, values: *const *const u8, count: usize)
+        = |i| {
+            let values = list(values, count).iter().zip(list(sizes, count));
+            let values: Vec<_> = values.map(|(at, size)| list(*at, *size).to_vec()).collect();
+            call!(i, call_set_binary, list(vr, n), &values)
+        };
+    fmi3GetClock(vr: *const u32, n: usize, to: *mut bool)
+        = |i| call!(i, call_get_clock, list(vr, n)), |i, given| i.copy(&given, to, n);
+    fmi3SetClock(vr: *const u32, n: usize, values: *const bool)
+        = |i| call!(i, call_set_clock, list(vr, n), list(values, n));
+    fmi3GetIntervalDecimal(vr: *const u32, n: usize, to: *mut f64, qualifiers: *mut c_int)
+        = |i| call!(i, call_get_interval_decimal, list(vr, n)), |i, given| {
+            i.copy(&Vec::from_iter(given.iter().map(|one| one.1 as c_int)), qualifiers, n);
+            i.copy(&Vec::from_iter(given.iter().map(|one| one.0)), to, n)
+        };
+    fmi3SetIntervalDecimal(vr: *const u32, n: usize, values: *const f64)
+        = |i| call!(i, call_set_interval_decimal, list(vr, n), list(values, n));
+    fmi3GetShiftDecimal(vr: *const u32, n: usize, to: *mut f64)
+        = |i| call!(i, call_get_shift_decimal, list(vr, n)), |i, given| i.copy(&given, to, n);
+    fmi3SetShiftDecimal(vr: *const u32, n: usize, values: *const f64)
+        = |i| call!(i, call_set_shift_decimal, list(vr, n), list(values, n));
+    fmi3GetIntervalFraction(
+        vr: *const u32, n: usize, counters: *mut u64, resolutions: *mut u64, qualifiers: *mut c_int
+    ) = |i| call!(i, call_get_interval_fraction, list(vr, n)), |i, given| {
+        i.copy(&Vec::from_iter(given.iter().map(|one| one.1 as c_int)), qualifiers, n);
+        i.split(given.iter().map(|one| one.0), [counters, resolutions], n)
+    };
+    fmi3SetIntervalFraction(vr: *const u32, n: usize, counters: *const u64, resolutions: *const u64)
+        = |i| call!(i, call_set_interval_fraction, list(vr, n), &fractions([counters, resolutions], n));
+    fmi3GetShiftFraction(vr: *const u32, n: usize, counters: *mut u64, resolutions: *mut u64)
+        = |i| call!(i, call_get_shift_fraction, list(vr, n)),
+        |i, given| i.split(given.into_iter(), [counters, resolutions], n);
+    fmi3SetShiftFraction(vr: *const u32, n: usize, counters: *const u64, resolutions: *const u64)
+        = |i| call!(i, call_set_shift_fraction, list(vr, n), &fractions([counters, resolutions], n));
+}
+
+/// C strings as texts.
+unsafe fn texts(all: &[Text]) -> Vec<String> {
+    // SAFETY: C strings.
+    let text = |text: &Text| unsafe { CStr::from_ptr(*text) }.to_string_lossy();
+    all.iter().map(|one| text(one).into_owned()).collect()
+}
+
+/// Fractions of two arrays.
+unsafe fn fractions(of: [*const u64; 2], n: usize) -> Vec<IntervalFraction> {
+    // SAFETY: by FMI there are so many.
+    let [counters, resolutions] = unsafe { of.map(|at| list(at, n)) };
+    let fraction = |(&counter, &resolution)| IntervalFraction {
+        counter,
+        resolution,
+    };
+    counters.iter().zip(resolutions).map(fraction).collect()
+}
+
+impl Instance {
+    /// Copies fractions to two arrays of so many.
+    unsafe fn split(
+        &mut self,
+        given: impl Iterator<Item = IntervalFraction>,
+        to: [*mut u64; 2],
+        n: usize,
+    ) -> Status {
+        let parts: (Vec<_>, Vec<_>) = given.map(|one| (one.counter, one.resolution)).unzip();
+        // SAFETY: forwarded.
+        unsafe {
+            self.copy(&parts.0, to[0], n);
+            self.copy(&parts.1, to[1], n)
+        }
+    }
+}
+
+/// A saved state is its bytes.
+type State = Vec<u8>;
+
+/// A pointer to a saved state.
+fn kept(state: &[u8]) -> Pointer {
+    Box::into_raw(Box::<State>::new(state.to_vec())).cast()
+}
+
+functions! {
+    fmi3GetFMUState(to: *mut Pointer) = |i| call!(i, call_get_fmu_state), |_, given| {
+        to.write(kept(&given));
+        Status::Ok
+    };
+    fmi3SetFMUState(state: Pointer)
+        = |i| call!(i, call_set_fmu_state, &*state.cast::<State>());
+    fmi3FreeFMUState(state: *mut Pointer) = |_| {
+        let state = state.replace(ptr::null_mut());
+        drop((!state.is_null()).then(|| Box::from_raw(state.cast::<State>())));
+        Ok(Status::Ok)
+    };
+    fmi3SerializedFMUStateSize(state: Pointer, to: *mut usize) = |_| {
+        to.write((*state.cast::<State>()).len());
+        Ok(Status::Ok)
+    };
+    fmi3SerializeFMUState(state: Pointer, to: *mut u8, size: usize)
+        = |i| Ok(i.copy(&*state.cast::<State>(), to, size));
+    fmi3DeserializeFMUState(bytes: *const u8, size: usize, to: *mut Pointer) = |_| {
+        to.write(kept(list(bytes, size)));
+        Ok(Status::Ok)
+    };
+    fmi3ActivateModelPartition(_clock: u32, _time: f64) = |_| Ok(Status::Error);
 }
 
 extern "C" fn fmi3GetVersion() -> Text {
@@ -253,7 +413,12 @@ unsafe fn instantiate(
 ) -> Pointer {
     // SAFETY: C strings.
     let texts = texts.map(|text| unsafe { CStr::from_ptr(text) });
-    let arguments = Arguments { texts, is_logging, environment, logger };
+    let arguments = Arguments {
+        texts,
+        is_logging,
+        environment,
+        logger,
+    };
     Instance::new(arguments, kind).map_or(ptr::null_mut(), |made| Box::into_raw(made).cast())
 }
 
@@ -306,10 +471,6 @@ extern "C" fn fmi3InstantiateScheduledExecution(
     ptr::null_mut()
 }
 
-extern "C" fn fmi3ActivateModelPartition(_: Pointer, _: u32, _: f64) -> c_int {
-    Status::Error as c_int
-}
-
 unsafe extern "C" fn fmi3FreeInstance(this: Pointer) {
     if this.is_null() {
         return;
@@ -318,370 +479,4 @@ unsafe extern "C" fn fmi3FreeInstance(this: Pointer) {
     let mut instance = unsafe { Box::from_raw(this.cast::<Instance>()) };
     let Instance { store, this, .. } = &mut *instance;
     let _ = this.resource_drop(store); // after a trap nothing can be done with it
-}
-
-unsafe extern "C" fn fmi3SetDebugLogging(
-    this: Pointer,
-    on: bool,
-    count: usize,
-    categories: *const Text,
-) -> c_int {
-    // SAFETY: C strings.
-    unsafe {
-        let categories = texts(list(categories, count));
-        with(this, |i| call!(i, call_set_debug_logging, on, &categories))
-    }
-}
-
-unsafe extern "C" fn fmi3EnterInitializationMode(
-    this: Pointer,
-    has_tolerance: bool,
-    tolerance: f64,
-    start: f64,
-    has_stop: bool,
-    stop: f64,
-) -> c_int {
-    let (tolerance, stop) = (has_tolerance.then_some(tolerance), has_stop.then_some(stop));
-    // SAFETY: as above.
-    unsafe { with(this, |i| call!(i, call_enter_initialization_mode, tolerance, start, stop)) }
-}
-
-/// C strings as texts.
-unsafe fn texts(all: &[Text]) -> Vec<String> {
-    // SAFETY: C strings.
-    let text = |text: &Text| unsafe { CStr::from_ptr(*text) }.to_string_lossy().into_owned();
-    all.iter().map(text).collect()
-}
-
-unsafe extern "C" fn fmi3GetString(
-    this: Pointer,
-    vr: *const u32,
-    n: usize,
-    to: *mut Text,
-    count: usize,
-) -> c_int {
-    let take = |i: &mut Instance, given: Vec<String>| {
-        let texts = given.into_iter().map(|text| CString::new(text).unwrap_or_default());
-        i.texts = texts.collect();
-        let at: Vec<Text> = i.texts.iter().map(|text| text.as_ptr()).collect();
-        // SAFETY: forwarded.
-        unsafe { i.copy(&at, to, count) }
-    };
-    // SAFETY: as above.
-    unsafe { read(this, |i| call!(i, call_get_string, list(vr, n)), take) }
-}
-
-unsafe extern "C" fn fmi3SetString(
-    this: Pointer,
-    vr: *const u32,
-    n: usize,
-    values: *const Text,
-    count: usize,
-) -> c_int {
-    // SAFETY: as above.
-    unsafe {
-        let values = texts(list(values, count));
-        with(this, |i| call!(i, call_set_string, list(vr, n), &values))
-    }
-}
-
-unsafe extern "C" fn fmi3GetBinary(
-    this: Pointer,
-    vr: *const u32,
-    n: usize,
-    sizes: *mut usize,
-    to: *mut *const u8,
-    count: usize,
-) -> c_int {
-    let take = |i: &mut Instance, given: Vec<Vec<u8>>| {
-        let (lengths, at): (Vec<usize>, Vec<*const u8>) =
-            given.iter().map(|bytes| (bytes.len(), bytes.as_ptr())).unzip();
-        i.bytes = given;
-        // SAFETY: forwarded.
-        unsafe {
-            i.copy(&lengths, sizes, count);
-            i.copy(&at, to, count)
-        }
-    };
-    // SAFETY: as above.
-    unsafe { read(this, |i| call!(i, call_get_binary, list(vr, n)), take) }
-}
-
-unsafe extern "C" fn fmi3SetBinary(
-    this: Pointer,
-    vr: *const u32,
-    n: usize,
-    sizes: *const usize,
-    values: *const *const u8,
-    count: usize,
-) -> c_int {
-    // SAFETY: as above, and so many bytes each.
-    unsafe {
-        let values = list(values, count).iter().zip(list(sizes, count));
-        let values: Vec<Vec<u8>> = values.map(|(at, size)| list(*at, *size).to_vec()).collect();
-        with(this, |i| call!(i, call_set_binary, list(vr, n), &values))
-    }
-}
-
-unsafe extern "C" fn fmi3GetClock(this: Pointer, vr: *const u32, n: usize, to: *mut bool) -> c_int {
-    // SAFETY: as above.
-    unsafe { read(this, |i| call!(i, call_get_clock, list(vr, n)), |i, given| i.copy(&given, to, n)) }
-}
-
-unsafe extern "C" fn fmi3GetIntervalDecimal(
-    this: Pointer,
-    vr: *const u32,
-    n: usize,
-    to: *mut f64,
-    qualifiers: *mut c_int,
-) -> c_int {
-    // SAFETY: as above.
-    unsafe {
-        read(this, |i| call!(i, call_get_interval_decimal, list(vr, n)), |i, given| {
-            let (intervals, kinds): (Vec<_>, Vec<_>) =
-                given.into_iter().map(|(interval, kind)| (interval, kind as c_int)).unzip();
-            i.copy(&kinds, qualifiers, n);
-            i.copy(&intervals, to, n)
-        })
-    }
-}
-
-impl Instance {
-    /// Copies fractions to two arrays of so many.
-    unsafe fn split(&mut self, given: Vec<IntervalFraction>, to: [*mut u64; 2], n: usize) -> Status {
-        let (counters, resolutions): (Vec<_>, Vec<_>) =
-            given.into_iter().map(|fraction| (fraction.counter, fraction.resolution)).unzip();
-        // SAFETY: forwarded.
-        unsafe {
-            self.copy(&counters, to[0], n);
-            self.copy(&resolutions, to[1], n)
-        }
-    }
-}
-
-unsafe extern "C" fn fmi3GetIntervalFraction(
-    this: Pointer,
-    vr: *const u32,
-    n: usize,
-    counters: *mut u64,
-    resolutions: *mut u64,
-    qualifiers: *mut c_int,
-) -> c_int {
-    // SAFETY: as above.
-    unsafe {
-        read(this, |i| call!(i, call_get_interval_fraction, list(vr, n)), |i, given| {
-            let (fractions, kinds): (Vec<_>, Vec<_>) =
-                given.into_iter().map(|(fraction, kind)| (fraction, kind as c_int)).unzip();
-            i.copy(&kinds, qualifiers, n);
-            i.split(fractions, [counters, resolutions], n)
-        })
-    }
-}
-
-unsafe extern "C" fn fmi3GetShiftDecimal(this: Pointer, vr: *const u32, n: usize, to: *mut f64) -> c_int {
-    // SAFETY: as above.
-    unsafe { read(this, |i| call!(i, call_get_shift_decimal, list(vr, n)), |i, given| i.copy(&given, to, n)) }
-}
-
-unsafe extern "C" fn fmi3GetShiftFraction(
-    this: Pointer,
-    vr: *const u32,
-    n: usize,
-    counters: *mut u64,
-    resolutions: *mut u64,
-) -> c_int {
-    // SAFETY: as above.
-    unsafe {
-        read(this, |i| call!(i, call_get_shift_fraction, list(vr, n)), |i, given| {
-            i.split(given, [counters, resolutions], n)
-        })
-    }
-}
-
-unsafe extern "C" fn fmi3GetNumberOfVariableDependencies(
-    this: Pointer,
-    vr: u32,
-    to: *mut usize,
-) -> c_int {
-    // SAFETY: as above.
-    unsafe {
-        read(this, |i| call!(i, call_get_number_of_variable_dependencies, vr), |i, count| {
-            i.copy(&[count as usize], to, 1)
-        })
-    }
-}
-
-unsafe extern "C" fn fmi3GetVariableDependencies(
-    this: Pointer,
-    vr: u32,
-    dependent: *mut usize,
-    independents: *mut u32,
-    elements: *mut usize,
-    kinds: *mut c_int,
-    count: usize,
-) -> c_int {
-    // SAFETY: as above.
-    unsafe {
-        read(this, |i| call!(i, call_get_variable_dependencies, vr), |i, given| {
-            // Elements count from 0 there, and from 1 here.
-            let number = |index: u32| index as usize + 1;
-            let kind = |kind: DependencyKind| match kind {
-                DependencyKind::Dependent => 5,
-                other => other as c_int,
-            };
-            let all = given.iter();
-            i.copy(&Vec::from_iter(all.clone().map(|d| number(d.element_index_of_dependent))), dependent, count);
-            i.copy(&Vec::from_iter(all.clone().map(|d| d.independent_value_reference)), independents, count);
-            i.copy(&Vec::from_iter(all.clone().map(|d| number(d.element_index_of_independent))), elements, count);
-            i.copy(&Vec::from_iter(all.map(|d| kind(d.kind))), kinds, count)
-        })
-    }
-}
-
-/// A saved state is its bytes.
-type State = Vec<u8>;
-
-unsafe fn keep(state: &[u8], to: *mut Pointer) -> Status {
-    // SAFETY: by FMI there is room for it.
-    unsafe { to.write(Box::into_raw(Box::<State>::new(state.to_vec())).cast()) };
-    Status::Ok
-}
-
-unsafe extern "C" fn fmi3GetFMUState(this: Pointer, to: *mut Pointer) -> c_int {
-    // SAFETY: as above.
-    unsafe { read(this, |i| call!(i, call_get_fmu_state), |_, given| keep(&given, to)) }
-}
-
-unsafe extern "C" fn fmi3SetFMUState(this: Pointer, state: Pointer) -> c_int {
-    // SAFETY: a state that was kept, and as above.
-    unsafe { with(this, |i| call!(i, call_set_fmu_state, &*state.cast::<State>())) }
-}
-
-unsafe extern "C" fn fmi3FreeFMUState(_: Pointer, state: *mut Pointer) -> c_int {
-    // SAFETY: NULL or a state that was kept, which is not used any more.
-    unsafe {
-        let state = state.replace(ptr::null_mut());
-        if !state.is_null() {
-            drop(Box::from_raw(state.cast::<State>()));
-        }
-    }
-    Status::Ok as c_int
-}
-
-unsafe extern "C" fn fmi3SerializedFMUStateSize(_: Pointer, state: Pointer, to: *mut usize) -> c_int {
-    // SAFETY: a state that was kept, and room for its size.
-    unsafe { to.write((*state.cast::<State>()).len()) };
-    Status::Ok as c_int
-}
-
-unsafe extern "C" fn fmi3SerializeFMUState(this: Pointer, state: Pointer, to: *mut u8, size: usize) -> c_int {
-    // SAFETY: a state that was kept, and room for so many bytes.
-    unsafe { with(this, |i| Ok(i.copy(&*state.cast::<State>(), to, size))) }
-}
-
-unsafe extern "C" fn fmi3DeserializeFMUState(
-    _: Pointer,
-    bytes: *const u8,
-    size: usize,
-    to: *mut Pointer,
-) -> c_int {
-    // SAFETY: so many bytes.
-    unsafe { keep(list(bytes, size), to) as c_int }
-}
-
-unsafe extern "C" fn fmi3UpdateDiscreteStates(
-    this: Pointer,
-    again: *mut bool,
-    terminates: *mut bool,
-    nominals: *mut bool,
-    values: *mut bool,
-    has_next: *mut bool,
-    next: *mut f64,
-) -> c_int {
-    // SAFETY: as above.
-    unsafe {
-        read(this, |i| call!(i, call_update_discrete_states), |_, info| {
-            again.write(info.new_discrete_states_needed);
-            terminates.write(info.terminate_simulation);
-            nominals.write(info.nominals_of_continuous_states_changed);
-            values.write(info.values_of_continuous_states_changed);
-            has_next.write(info.next_event_time_defined);
-            next.write(info.next_event_time);
-            Status::Ok
-        })
-    }
-}
-
-unsafe extern "C" fn fmi3GetOutputDerivatives(
-    this: Pointer,
-    vr: *const u32,
-    n: usize,
-    orders: *const c_int,
-    to: *mut f64,
-    count: usize,
-) -> c_int {
-    // SAFETY: as above.
-    unsafe {
-        let orders = list(orders, n).iter().map(|order| order.cast_unsigned());
-        let wanted: Vec<_> = list(vr, n).iter().copied().zip(orders).collect();
-        read(this, |i| call!(i, call_get_output_derivatives, &wanted), |i, given| {
-            i.copy(&given, to, count)
-        })
-    }
-}
-
-unsafe extern "C" fn fmi3DoStep(
-    this: Pointer,
-    t: f64,
-    h: f64,
-    no_set_prior: bool,
-    event_needed: *mut bool,
-    terminates: *mut bool,
-    early: *mut bool,
-    last: *mut f64,
-) -> c_int {
-    let run = |i: &mut Instance| {
-        let Instance { store, guest, this, .. } = i;
-        let Guest::CoSimulation(guest) = guest else {
-            wasmtime::bail!("the instance is not for Co-Simulation");
-        };
-        guest.co_simulation_instance().call_do_step(store, *this, t, h, no_set_prior)
-    };
-    // SAFETY: as above.
-    unsafe {
-        read(this, run, |_, end| {
-            event_needed.write(end.event_handling_needed);
-            terminates.write(end.terminate_simulation);
-            early.write(end.early_return);
-            last.write(end.last_successful_time);
-            Status::Ok
-        })
-    }
-}
-
-unsafe extern "C" fn fmi3CompletedIntegratorStep(
-    this: Pointer,
-    no_set_prior: bool,
-    enters_events: *mut bool,
-    terminates: *mut bool,
-) -> c_int {
-    // SAFETY: as above.
-    unsafe {
-        let run = |i: &mut Instance| exchange!(i, call_completed_integrator_step, no_set_prior);
-        read(this, run, |_, end| {
-            enters_events.write(end.enter_event_mode);
-            terminates.write(end.terminate_simulation);
-            Status::Ok
-        })
-    }
-}
-
-unsafe extern "C" fn fmi3SetTime(this: Pointer, time: f64) -> c_int {
-    // SAFETY: as above.
-    unsafe { with(this, |i| exchange!(i, call_set_time, time)) }
-}
-
-unsafe extern "C" fn fmi3SetContinuousStates(this: Pointer, states: *const f64, n: usize) -> c_int {
-    // SAFETY: as above.
-    unsafe { with(this, |i| exchange!(i, call_set_continuous_states, list(states, n))) }
 }

@@ -10,8 +10,8 @@ use fmi_import::batch::{Batch, Layout};
 use fmi_import::fmi_instance::{Arguments, FmiInstance};
 use fmi_import::value::Value;
 use fmi_import::{
-    Binary, Choice, ClockPlan, ExchangePlan, Functions, Limits, as_component, instantiate, is_triggered,
-    messages, output,
+    Binary, Choice, ClockPlan, ExchangePlan, Functions, Limits, as_component, instantiate,
+    is_triggered, messages, output,
 };
 
 use crate::io::digest::sha256;

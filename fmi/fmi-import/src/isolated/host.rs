@@ -110,11 +110,7 @@ enum Outcome {
 }
 
 impl Host {
-    fn new(
-        memory: &'static [AtomicU64],
-        socket: OwnedFd,
-        load: Option<Load>,
-    ) -> Result<Self> {
+    fn new(memory: &'static [AtomicU64], socket: OwnedFd, load: Option<Load>) -> Result<Self> {
         let memory = Memory(memory);
         under_way::keep_last_words(memory.last_words());
         Ok(Self {
