@@ -126,6 +126,11 @@ impl Fmu {
         }))
     }
 
+    /// Whether each of its instances lives in a process of its own.
+    pub fn is_isolated(&self) -> bool {
+        self.isolation.is_some()
+    }
+
     /// Whether it has structural parameters, on which the sizes of arrays may depend.
     pub(crate) fn is_configurable(&self) -> bool {
         self.text.is_some()
