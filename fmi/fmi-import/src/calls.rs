@@ -7,6 +7,7 @@ use std::any::Any;
 use std::ffi::{c_int, c_void};
 use std::ptr;
 
+pub use crate::standard::Logger;
 use crate::standard::{Pointer, Text, fmi2_functions, fmi3_functions};
 use crate::status::ABSENT;
 use crate::under_way::Noted;
@@ -45,9 +46,6 @@ pub struct Callbacks {
     /// What the FMU passes to the logger.
     pub environment: Pointer,
 }
-
-/// `fmi3LogMessageCallback`: environment, status, category, message.
-pub type Logger = unsafe extern "C" fn(Pointer, c_int, Text, Text);
 
 /// What is returned where a function is missing.
 trait Absent {

@@ -7,14 +7,15 @@
 //! assert!(is_allowed("fmi2DoStep", Mode::Stepping) && !is_allowed("fmi2DoStep", Mode::Instantiated));
 //! ```
 
-use std::ffi::{c_char, c_void};
-
-pub use crate::calls::Logger;
+use std::ffi::{c_char, c_int, c_void};
 
 /// An instance, a saved state, an environment.
 pub type Pointer = *mut c_void;
 /// A C string.
 pub type Text = *const c_char;
+
+/// `fmi3LogMessageCallback`: environment, status, category, message.
+pub type Logger = unsafe extern "C" fn(Pointer, c_int, Text, Text);
 
 /// A C function of FMI.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

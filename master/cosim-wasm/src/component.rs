@@ -38,7 +38,7 @@ struct Loaded {
 }
 
 /// Compiles the component in a file.
-pub fn load(path: &Path, limits: Limits) -> Result<fn(&str) -> Option<*const c_void>> {
+pub fn load(path: &Path, limits: Limits) -> Result<()> {
     let mut config = Config::new();
     config.wasm_function_references(true).wasm_gc(true);
     // The same bits on every machine.
@@ -62,7 +62,7 @@ pub fn load(path: &Path, limits: Limits) -> Result<fn(&str) -> Option<*const c_v
         return Err(anyhow!("it is no FMU of FMI-LS-WASM: {one:#}; {other:#}"));
     }
     ensure!(LOADED.set(loaded).is_ok(), "a process has one FMU");
-    Ok(crate::functions::named)
+    Ok(())
 }
 
 /// What the component's imports use.

@@ -7,10 +7,14 @@ mod functions;
 
 use std::process::ExitCode;
 
-use fmi_import::isolated::serve_with;
+use fmi_import::isolated::{Load, serve_with};
 
 fn main() -> ExitCode {
-    serve_with(Some(component::load)).unwrap_or_else(|| {
+    let load: Load = |path, limits| {
+        component::load(path, limits)?;
+        Ok(functions::named)
+    };
+    serve_with(Some(load)).unwrap_or_else(|| {
         eprintln!("cosim-wasm: `cosim` starts it for FMUs of WebAssembly; it does nothing alone");
         ExitCode::FAILURE
     })
