@@ -13,7 +13,7 @@ from fmpy_master import ROOT
 PRODUCTS = {
     "fmi": ["fmi-description", "fmi-import", "fmi-units", "fmu-check", "fmu-solver", "output-file"],
     "kit": ["cargo-fmu", "fmu-export", "fmu-export-derive"],
-    "master": ["cosim", "cosim-page", "page-files", "system-structure"],
+    "master": ["cosim", "cosim-page", "cosim-wasm", "page-files", "system-structure"],
     "machine": ["dclink", "emla", "hdrm", "machine-file", "model-rules", "motion-check", "rig", "sensors", "spatial", "tip-path", "vdc"],
     "studies": ["charts", "experiments", "report", "surrogate"],
     "tools": ["fuzz", "torture", "unified-features", "xtask"],

@@ -311,3 +311,26 @@ def test_arrays_of_each_type_are_elements_in_fmi_2(arrays, tmp_path):
     for instance in (fmu, other.fmu):
         instance.terminate()
         instance.freeInstance()
+
+
+@pytest.mark.parametrize("name", ["Arrays2", "Arrays3"])
+def test_values_of_each_type_pass_to_processes(arrays, tmp_path, name):
+    """Texts and bytes too: between two copies of the FMU, each in a process of its own, every type gives what it gives in one process."""
+    fmu = arrays / f"fmi3/{name}.fmu"
+    kinds = {v.name.split(".")[0] for v in fmpy.read_model_description(str(fmu)).modelVariables if v.name.endswith(".last")}
+    assert kinds >= ({"text", "boolean"} if name == "Arrays2" else {"binary", "uint64"})
+    options = [word for kind in sorted(kinds) for k in (1, 2, 3) for word in ("--connect", f"a.{kind}.last[{k}]=b.{kind}.vector[{k}]")]
+    if name == "Arrays2":
+        options += [word for k, text in enumerate(["", "ä€", "x" * 300], start=1) for word in ("--set", f"a.text.vector[{k}]={text}")]
+
+    def rows(*more):
+        table = tmp_path / "rows.csv"
+        words = [f"a={fmu}", f"b={fmu}", *options, *more, "--step", 0.1, "--stop-time", 1, "--quiet", "--csv", table, "--signals", "*"]
+        done = call("cosim", "run", *words)
+        assert done.returncode == 0, done.stderr
+        return table.read_text()
+
+    alone = rows()
+    assert name == "Arrays3" or "x" * 300 in alone.splitlines()[-1]
+    assert rows("--isolate", "all") == alone
+    assert rows("--isolate", "b", "--schedule", "standard") == rows("--schedule", "standard")

@@ -353,7 +353,7 @@ def test_a_component_imports_callbacks_alone_and_modules_are_small(fmu):
     names = set(component.type.imports(ENGINE))
     own = {f"fmi:fmi3/{name}@3.0.0" for name in ("types", "callbacks", "intermediate-update-callbacks")}
     assert names == own
-    assert set(component.type.exports(ENGINE)) == {f"fmi:fmi3/{name}@3.0.0" for name in ("common", "co-simulation")}
+    assert set(component.type.exports(ENGINE)) == {f"fmi:fmi3/{name}@3.0.0" for name in ("common", "co-simulation", "model-exchange")}
     module = module_of(fmu.bytes)
     assert len(gzip.compress(module, 9)) <= LARGEST
     for text in (b"/root/", b"/home/", b"/work/"):

@@ -57,7 +57,7 @@ class Plain(Instance3):
         self.fmu, self.messages, self.updates = fmu, [], []
         self.store = wasmtime.Store(ENGINE)
         module = fmu.compiled(Plain)
-        imports = {"log-message": self._told, "intermediate-update": self._updated, "[resource-new]co-simulation-instance": lambda this: this}
+        imports = {"log-message": self._told, "intermediate-update": self._updated, **{f"[resource-new]{kind}-instance": lambda this: this for kind in ("co-simulation", "model-exchange")}}
         functions = [wasmtime.Func(self.store, i.type, imports[i.name]) for i in module.imports]
         self.exports = wasmtime.Instance(self.store, module, functions).exports(self.store)
         self.memory = self.exports["memory"]

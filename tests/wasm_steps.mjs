@@ -10,6 +10,7 @@ export async function trace(bytes, { token, parameters, inputs, outputs, steps, 
     },
     "fmi:fmi3/intermediate-update-callbacks@3.0.0": { "intermediate-update": () => {} },
     "[export]fmi:fmi3/co-simulation@3.0.0": { "[resource-new]co-simulation-instance": (handle) => handle },
+    "[export]fmi:fmi3/model-exchange@3.0.0": { "[resource-new]model-exchange-instance": (handle) => handle },
   });
   const fmu = instance.exports;
   memory = fmu.memory;

@@ -73,6 +73,10 @@ class System:
     interface : `"me"` for Model Exchange, `"cs"` for Co-Simulation, of a single FMU or by the component's name or pattern: `{"emla_*": "me"}`;
         default: Co-Simulation, if the FMU has it, or what the structure says.
     solver : method by which components of Model Exchange are integrated, `"explicit"`, `"stiff"` or `"fixed:1e-4"` (s), for all or by name.
+    isolate : components that live in processes of their own, `"all"`, names or patterns, on Linux: what crashes or hangs there ends the run,
+        and not this Python. The package's program `cosim` hosts them.
+    call_timeout, memory_limit : longest time of a call, s, and most memory (`"500MB"`) of such a process.
+    prefer : what runs of FMUs that have both, `"library"` or `"wasm"` (by the program `cosim-wasm`).
     solve_loops : solve algebraic loops, as `cosim run --solve-loops`, instead of refusing them.
     settings : start values by name, applied last; the component may be left out where one alone has the variable. Of structural parameters of
         FMI 3.0 they say how large arrays are.
@@ -109,6 +113,10 @@ class System:
         feedthrough: Iterable[str] = (),
         interface: str | Mapping[str, str] | None = None,
         solver: str | Mapping[str, str] | None = None,
+        isolate: str | Iterable[str] = (),
+        call_timeout: float | None = None,
+        memory_limit: str | None = None,
+        prefer: str = "library",
         solve_loops: bool = False,
         settings: Mapping[str, object] | None = None,
         waypoints: Waypoints | None = None,
@@ -140,6 +148,8 @@ class System:
         self.maps = tuple((name, str(file)) for name, file in (maps or {}).items())
         self.feedthrough = tuple(feedthrough)
         self.interface, self.solver = _chosen(interface), _chosen(solver)
+        self.isolate = (isolate,) if isinstance(isolate, str) else tuple(isolate)
+        self.call_timeout, self.memory_limit, self.prefer = call_timeout, memory_limit, prefer
         self.solve_loops = solve_loops
         self.settings = by_name(settings)
         self.waypoints = waypoints
@@ -167,6 +177,7 @@ class System:
         source = {"files": tuple(map(str, self.files)), "names": self.names, "connect": self.connect, "variant": self.variant, "parameters": self.parameters}
         source |= {"disconnect": self.disconnect, "replaced": self.replace, "maps": self.maps, "feedthrough": self.feedthrough}
         source |= {"interfaces": self.interface, "solvers": self.solver, "solve_loops": self.solve_loops}
+        source |= {"isolate": self.isolate, "call_timeout": self.call_timeout, "memory_limit": self.memory_limit, "prefer": self.prefer}
         stamp = self._stamp()
         loaded = _loaded(stamp, has_loads, sizes=(), **source)
         sizes = tuple(f"{name}={value}" for name, value in loaded[1].sizes(self.settings).items())

@@ -6,12 +6,11 @@ use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
 use clap::ValueEnum as _;
-use cosim::cli::{InputArgs, RunArgs, STEP};
+use cosim::cli::{InputArgs, IsolationArgs, RunArgs, STEP};
 use cosim::io::input_table::{Column, Table};
 use cosim::master::Schedule;
 use cosim::run::run_key::RunKey;
 use cosim::run::signals::connected;
-use cosim::structure::FmuUse;
 use cosim::structure::package::{FmuPlace, Package, read};
 use cosim::structure::system::{Setting, System as Loaded};
 use cosim::{Experiment, Port, Verdict, matching};
@@ -57,6 +56,11 @@ struct Source {
     /// Interfaces of components' FMUs, and methods by which those of Model Exchange are integrated.
     interfaces: Vec<String>,
     solvers: Vec<String>,
+    /// Components in processes of their own, the limits of these, and which binaries run.
+    isolate: Vec<String>,
+    call_timeout: Option<f64>,
+    memory_limit: Option<String>,
+    prefer: String,
     /// Whether algebraic loops are solved.
     solve_loops: bool,
     /// Whether the loads of the controller's path are connected to the manipulator.
@@ -117,10 +121,13 @@ impl System {
             else_in: source.fmu_dirs,
         };
         let variant = source.variant.as_deref();
-        let options = FmuUse {
-            interfaces: source.interfaces,
-            ..FmuUse::default()
+        let isolation = IsolationArgs {
+            isolate: source.isolate,
+            call_timeout: source.call_timeout,
+            memory_limit: source.memory_limit,
+            prefer: source.prefer,
         };
+        let options = isolation.fmu_use(source.interfaces)?;
         let system = match source.files.as_slice() {
             [path] if !is_fmu(path) => {
                 let (package, loaded) = (&mut Package::open(path)?, &mut BTreeMap::new());

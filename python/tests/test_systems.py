@@ -405,6 +405,26 @@ def test_the_interface_is_chosen_as_cosim_does(tmp_path):
     assert "Emla is integrated (Model Exchange)" in alone.attrs["findings"]
 
 
+def test_components_live_in_processes_of_their_own(tmp_path):
+    """The same numbers, by a run, by a script that steps it and by `cosim`; limits without a process are refused."""
+    path, fmus = hdrm_fmu.systems()["Manipulator"], hdrm_fmu.fmus()
+    plain = System(path).run(stop_time=0.02, signals=["emla_2.F"])["emla_2.F"].tolist()
+    for isolate in ("all", ["emla_*", "hdrm"]):
+        run = System(path, isolate=isolate, call_timeout=60.0, memory_limit="2GB").run(stop_time=0.02, signals=["emla_2.F"])
+        assert run["emla_2.F"].tolist() == plain
+    with System(path, isolate="emla_2") as stepped:
+        stepped.step(20)
+        assert stepped.get("emla_2.F") == plain[-1]
+    for given, reason in (
+        ({"isolate": "hdrm"}, "isolate hdrm: the system has no component of this name"),
+        ({"call_timeout": 1.0}, "call.timeout is for components in processes of their own"),
+        ({"isolate": "all", "memory_limit": "5"}, "memory.limit 5: it must be a size"),
+        ({"prefer": "java"}, "prefer java: it must be library or wasm"),
+    ):
+        with pytest.raises(BadInput, match=reason):
+            System(fmus["Emla"], **given).variables  # noqa: B018
+
+
 def test_a_plant_with_names_of_its_own(tmp_path):
     """A mapping leads the structure's force to the mean force of the step, which is another number."""
     mapping = tmp_path / "own.ssm"

@@ -7,6 +7,7 @@ use std::any::Any;
 use std::ffi::{c_int, c_void};
 use std::ptr;
 
+pub use crate::standard::Logger;
 use crate::standard::{Pointer, Text, fmi2_functions, fmi3_functions};
 use crate::status::ABSENT;
 use crate::under_way::Noted;
@@ -18,6 +19,17 @@ pub trait Exports: Any + Send + Sync {
     /// # Safety
     /// `F` is the type of a pointer to that function.
     unsafe fn function<F: Copy>(&self, name: &str) -> Option<F>;
+}
+
+/// Functions that this program has itself, by name.
+#[derive(Clone, Copy)]
+pub struct Offered(pub fn(&str) -> Option<*const c_void>);
+
+impl Exports for Offered {
+    unsafe fn function<F: Copy>(&self, name: &str) -> Option<F> {
+        // SAFETY: a pointer to the function of this name, as the caller promises.
+        (self.0)(name).map(|function| unsafe { std::mem::transmute_copy(&function) })
+    }
 }
 
 /// `fmi2CallbackFunctions`.
@@ -34,9 +46,6 @@ pub struct Callbacks {
     /// What the FMU passes to the logger.
     pub environment: Pointer,
 }
-
-/// `fmi3LogMessageCallback`: environment, status, category, message.
-pub type Logger = unsafe extern "C" fn(Pointer, c_int, Text, Text);
 
 /// What is returned where a function is missing.
 trait Absent {

@@ -10,23 +10,23 @@ use anyhow::Context;
 use anyhow::Result;
 use fmi_description::{Access, Archive, Description, Variable};
 #[cfg(feature = "native")]
-use fmi_description::{Version, library_among};
+use fmi_description::{Version, library_among, platform::WASM};
 
+#[cfg(feature = "native")]
+use crate::calls::Offered;
 #[cfg(feature = "native")]
 use crate::exported::exported_files;
 use crate::functions::Functions;
 #[cfg(feature = "native")]
 use crate::library::{Library, Unpacked, resources};
 
-/// A library that is loaded in other processes only: it exports nothing here.
-#[cfg(feature = "native")]
-struct NotLoaded;
-
-#[cfg(feature = "native")]
-impl crate::calls::Exports for NotLoaded {
-    unsafe fn function<F: Copy>(&self, _: &str) -> Option<F> {
-        None
-    }
+/// Which binary of an FMU is used, and where.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Binary {
+    /// In other processes only: it is not loaded here.
+    pub is_isolated: bool,
+    /// WebAssembly, if the FMU has both.
+    pub prefers_wasm: bool,
 }
 
 /// A loaded FMU. The library and the files that were unpacked for it stay as long as any instance.
@@ -88,7 +88,7 @@ impl Fmu {
     }
 
     /// Opens the archive of the FMU `file`; returns a remark if its library has an unexpected name.
-    /// If it is `isolated`, the library is not loaded here.
+    /// WebAssembly is never loaded here.
     ///
     /// # Errors
     /// The archive has no library for this platform, or it cannot be unpacked or loaded.
@@ -97,15 +97,25 @@ impl Fmu {
         file: &str,
         archive: &mut Archive,
         description: Description,
-        isolated: bool,
+        binary: Binary,
     ) -> Result<(Self, Option<fmi_description::Remark>)> {
         let host = fmi_description::platform::host();
         let host = host.context("FMUs have no folder for a platform like this one")?;
-        let (path, remark) = archive.library(&description, host)?;
+        let is_there = cfg!(target_os = "linux") && description.fmi == Version::Fmi3;
+        let component = archive.library(&description, WASM).ok();
+        let (path, remark) = match (
+            archive.library(&description, host),
+            component.filter(|_| is_there),
+        ) {
+            (Ok(library), component) if !binary.prefers_wasm || component.is_none() => library,
+            (_, Some(component)) => component,
+            (library, None) => library?,
+        };
+        let is_here = !binary.is_isolated && !path.ends_with(WASM.suffix);
         let unpacked = Unpacked::new(archive, path)?;
-        let functions = match isolated {
-            true => Functions::load(NotLoaded, &description),
-            false => Functions::load(unpacked.load(&format!("FMU `{file}`"))?, &description),
+        let functions = match is_here {
+            true => Functions::load(unpacked.load(&format!("FMU `{file}`"))?, &description),
+            false => Functions::load(Offered(|_| None), &description),
         };
         let fmu = Self {
             functions,
@@ -135,7 +145,7 @@ impl Fmu {
         file: &str,
         archive: &mut Archive,
         description: Description,
-        _isolated: bool,
+        _: Binary,
     ) -> Result<(Self, Option<fmi_description::Remark>)> {
         let (library, resources) = crate::module::Library::load(file, archive, &description)?;
         let fmu = Self {
@@ -144,6 +154,15 @@ impl Fmu {
             description,
         };
         Ok((fmu, None))
+    }
+
+    /// Whether its binary is WebAssembly, which the program `cosim-wasm` runs.
+    pub fn is_wasm(&self) -> bool {
+        #[cfg(feature = "native")]
+        if let Some(unpacked) = &self.unpacked {
+            return unpacked.path().extension().is_some_and(|end| end == "wasm");
+        }
+        false
     }
 
     /// The first variable with this value reference, of whatever type.

@@ -12,7 +12,7 @@ mod program;
 mod protocol;
 mod segment;
 
-pub use host::serve_if_asked;
+pub use host::{Load, serve_if_asked, serve_with};
 pub use instance::IsolatedInstance;
 
 /// The first argument of a process that hosts an instance; the name of the instance follows.

@@ -87,7 +87,7 @@ pub use clocks::{ClockPlan, is_triggered};
 pub use exchange::{ExchangePlan, as_component};
 #[cfg(feature = "native")]
 pub use exported::{UnsupportedType, exported_files};
-pub use fmu::Fmu;
+pub use fmu::{Binary, Fmu};
 #[cfg(feature = "master")]
 pub use fmu_solver::Choice;
 pub use functions::Functions;

@@ -6,7 +6,7 @@ use std::ffi::{c_int, c_void};
 use anyhow::{Context, Result, bail, ensure};
 use fmi_description::{Archive, Description, Version};
 
-use crate::calls::{Exports, Logger};
+use crate::calls::{Exports, Logger, Offered};
 use crate::messages;
 use crate::standard::{Pointer, Text, fmi3_functions};
 
@@ -83,9 +83,9 @@ impl Library {
 
 impl Exports for Library {
     unsafe fn function<F: Copy>(&self, name: &str) -> Option<F> {
-        let function = imported(name).filter(|_| exports(self.0, name.as_ptr(), name.len()))?;
-        // SAFETY: a pointer to the imported function of this name, as the caller promises.
-        Some(unsafe { std::mem::transmute_copy(&function) })
+        let is_there = exports(self.0, name.as_ptr(), name.len());
+        // SAFETY: forwarded.
+        is_there.then(|| unsafe { Offered(imported).function(name) })?
     }
 }
 

@@ -7,12 +7,15 @@
 //! assert!(is_allowed("fmi2DoStep", Mode::Stepping) && !is_allowed("fmi2DoStep", Mode::Instantiated));
 //! ```
 
-use std::ffi::{c_char, c_void};
+use std::ffi::{c_char, c_int, c_void};
 
 /// An instance, a saved state, an environment.
 pub type Pointer = *mut c_void;
 /// A C string.
 pub type Text = *const c_char;
+
+/// `fmi3LogMessageCallback`: environment, status, category, message.
+pub type Logger = unsafe extern "C" fn(Pointer, c_int, Text, Text);
 
 /// A C function of FMI.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -180,7 +183,9 @@ macro_rules! fmi2_functions {
     };
 }
 
-/// As `fmi2_functions`, with the functions of FMI 3.0.
+/// As `fmi2_functions`, with the functions of FMI 3.0; also for programs that offer these functions
+/// themselves.
+#[macro_export]
 macro_rules! fmi3_functions {
     ($make:ident! $($first:tt)*) => {
         $make! {

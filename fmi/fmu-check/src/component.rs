@@ -12,8 +12,6 @@ use wasmparser::{Parser, Payload, Validator, WasmFeatures};
 use wit_parser::{Resolve, WorldId};
 
 const INTERFACE: &str = include_str!("fmi3.wit");
-/// The world of an FMU for co-simulation.
-const WORLD: &str = "co-simulation-fmu";
 /// Path and content of the manifest that the draft demands.
 pub const MANIFEST: (&str, &str) = (
     "extra/org.modelica.fmi-ls-wasm/manifest.xml",
@@ -30,22 +28,23 @@ pub fn path(identifier: &str) -> String {
     format!("binaries/wasm32-wasip2/{identifier}.wasm")
 }
 
-/// The interface, and in it the world that a component must implement.
-pub fn interface() -> Result<(Resolve, WorldId)> {
+/// The interface, and in it a world that a component implements: `co-simulation-fmu`,
+/// `model-exchange-fmu`, or `fmu` for both.
+pub fn interface(world: &str) -> Result<(Resolve, WorldId)> {
     let mut resolve = Resolve::default();
     let package = resolve.push_str("fmi3.wit", INTERFACE)?;
-    let world = resolve.select_world(&[package], Some(WORLD))?;
+    let world = resolve.select_world(&[package], Some(world))?;
     Ok((resolve, world))
 }
 
-/// Why a file is no component of this world, if it is none.
+/// Why a file is no component of an FMU for Co-Simulation, if it is none.
 pub fn world_fault(component: &[u8]) -> Option<String> {
     if Parser::is_core_wasm(component) {
         return Some("it is a module, not a component".to_string());
     }
     let fault = || {
         Validator::new_with_features(WasmFeatures::all()).validate_all(component)?;
-        let (resolve, world) = interface()?;
+        let (resolve, world) = interface("co-simulation-fmu")?;
         wit_component::targets(&resolve, world, component, false)
     };
     fault().err().map(|error| format!("{error:#}"))

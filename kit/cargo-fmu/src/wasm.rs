@@ -57,7 +57,7 @@ pub fn add(
 
 /// The component of a module that was made with `fmu_export::export_fmu!`.
 pub fn component(module: &[u8]) -> Result<Vec<u8>> {
-    let (resolve, world) = interface()?;
+    let (resolve, world) = interface("fmu")?;
     let mut module = module.to_vec();
     embed_component_metadata(&mut module, &resolve, world, StringEncoding::UTF8, false)?;
     ComponentEncoder::default().module(&module)?.encode()

@@ -5,5 +5,6 @@ mod answers;
 mod callbacks;
 #[doc(hidden)]
 pub mod component;
+mod exports;
 mod files;
 mod memory;

@@ -183,11 +183,7 @@ impl SystemArgs {
     }
 
     fn fmu_use(&self) -> Result<FmuUse> {
-        Ok(FmuUse {
-            interfaces: self.interfaces.clone(),
-            isolated: self.isolation.isolate.clone(),
-            limits: self.isolation.limits()?,
-        })
+        self.isolation.clone().fmu_use(self.interfaces.clone())
     }
 
     /// The system with parameter sets, sizes of arrays and ways of stepping, wherever its FMUs come

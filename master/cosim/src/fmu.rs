@@ -10,8 +10,8 @@ use fmi_import::batch::{Batch, Layout};
 use fmi_import::fmi_instance::{Arguments, FmiInstance};
 use fmi_import::value::Value;
 use fmi_import::{
-    Choice, ClockPlan, ExchangePlan, Functions, Limits, as_component, instantiate, is_triggered,
-    messages, output,
+    Binary, Choice, ClockPlan, ExchangePlan, Functions, Limits, as_component, instantiate,
+    is_triggered, messages, output,
 };
 
 use crate::io::digest::sha256;
@@ -39,6 +39,8 @@ pub struct Fmu {
     pub(crate) resized: Vec<Batch>,
     /// Values of its structural parameters, by value reference.
     sizes: HashMap<u32, String>,
+    /// How it was wanted.
+    pub(crate) wanted: FmuWish,
     /// Each instance lives in a process of its own, with these limits.
     pub(crate) isolation: Option<Limits>,
     /// SHA-256 of the archive.
@@ -47,43 +49,43 @@ pub struct Fmu {
     pub remarks: Vec<String>,
 }
 
+/// How a component uses its FMU.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FmuWish {
+    /// The interface, if one is chosen.
+    pub interface: Option<Interface>,
+    /// Which of its binaries, and whether in processes of their own.
+    pub binary: Binary,
+    /// What each of these processes may need.
+    pub limits: Limits,
+}
+
 impl Fmu {
     /// Loads an FMU from its bytes; `file` is its name for messages. If it has Co-Simulation, that is
     /// used, else Model Exchange.
     pub fn load(file: &str, bytes: Vec<u8>) -> Result<Arc<Self>> {
-        Self::load_as(file, bytes, None, None)
+        Self::load_as(file, bytes, FmuWish::default())
     }
 
-    /// The same for this interface, if one is given; with `isolation` each instance lives in a process
-    /// of its own, and the library is not loaded here.
-    pub fn load_as(
-        file: &str,
-        bytes: Vec<u8>,
-        wanted: Option<Interface>,
-        isolation: Option<Limits>,
-    ) -> Result<Arc<Self>> {
-        let usable = &[Interface::CoSimulation, Interface::ModelExchange][..];
-        let wanted = wanted.as_ref().map_or(usable, std::slice::from_ref);
-        Self::open(file, bytes, wanted, isolation)
-            .with_context(|| format!("FMU `{file}` cannot be loaded"))
+    /// The same as it is wanted. An FMU whose binary is WebAssembly is always isolated.
+    pub fn load_as(file: &str, bytes: Vec<u8>, wanted: FmuWish) -> Result<Arc<Self>> {
+        Self::open(file, bytes, wanted).with_context(|| format!("FMU `{file}` cannot be loaded"))
     }
 
-    fn open(
-        file: &str,
-        bytes: Vec<u8>,
-        wanted: &[Interface],
-        isolation: Option<Limits>,
-    ) -> Result<Arc<Self>> {
+    fn open(file: &str, bytes: Vec<u8>, wanted: FmuWish) -> Result<Arc<Self>> {
         ensure!(
-            isolation.is_none() || cfg!(target_os = "linux"),
+            !wanted.binary.is_isolated || cfg!(target_os = "linux"),
             "a process of its own (--isolate, or the annotation of the component) needs Linux"
         );
+        let usable = &[Interface::CoSimulation, Interface::ModelExchange][..];
+        let interfaces = wanted.interface.as_ref();
+        let interfaces = interfaces.map_or(usable, std::slice::from_ref);
         let sha256 = sha256(&bytes);
         let mut archive = Archive::open(bytes)?;
-        let description = archive.description_as(wanted)?;
-        let is_isolated = isolation.is_some();
+        let description = archive.description_as(interfaces)?;
         let (loaded, remark) =
-            fmi_import::Fmu::from_archive(file, &mut archive, description, is_isolated)?;
+            fmi_import::Fmu::from_archive(file, &mut archive, description, wanted.binary)?;
+        let is_isolated = wanted.binary.is_isolated || loaded.is_wasm();
         let while_loading = messages::reasons(&format!("FMU `{file}`"));
         let remarks = loaded.description.remarks.iter().cloned().chain(remark);
         let remarks = remarks.map(|remark| remark.to_string());
@@ -112,7 +114,8 @@ impl Fmu {
             configuration: Vec::new(),
             resized: Vec::new(),
             sizes: HashMap::new(),
-            isolation,
+            wanted,
+            isolation: is_isolated.then_some(wanted.limits),
             plan: Arc::new(ClockPlan::new(&description, &layout)),
             exchange: exchange_plan(&description, &layout)?,
             layout,
@@ -121,6 +124,11 @@ impl Fmu {
             sha256,
             remarks,
         }))
+    }
+
+    /// Whether each of its instances lives in a process of its own.
+    pub fn is_isolated(&self) -> bool {
+        self.isolation.is_some()
     }
 
     /// Whether it has structural parameters, on which the sizes of arrays may depend.

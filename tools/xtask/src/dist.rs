@@ -22,7 +22,7 @@ use sha2::{Digest, Sha256};
 
 use crate::python::Python;
 use crate::workspace::{FMU_PROFILE, Workspace, file_name, files, is_ci, profile};
-use crate::{pack, web, wheel};
+use crate::{cosim_wasm, pack, web, wheel};
 pub use check::{prepare, try_wheel};
 use folder::{CHECKSUMS, Dist};
 use listing::Listing;
@@ -52,8 +52,9 @@ pub struct Options {
 /// The platforms that CI builds for: always the first, at night all.
 const CI_PLATFORMS: [&str; 2] = ["linux64", "win64"];
 /// Programs that are handed out, with their packages.
-const PROGRAMS: [(&str, &str); 4] = [
+const PROGRAMS: [(&str, &str); 5] = [
     ("cosim", "cosim"),
+    (cosim_wasm::PROGRAM, cosim_wasm::PROGRAM),
     ("experiments", "hdrm-fmu"),
     ("report", "hdrm-fmu-report"),
     ("surrogate", "hdrm-fmu-surrogate"),
@@ -261,9 +262,20 @@ fn build(
         let to = new.join(licence);
         fs::copy(workspace.root.join(licence), to).with_context(|| licence.to_string())?;
     }
-    notices(workspace, &dist.targets, packages, &new.join("THIRD-PARTY"))?;
+    notices(
+        &workspace.cargo,
+        &dist.targets,
+        packages,
+        &new.join("THIRD-PARTY"),
+    )?;
     for target in &platforms.targets {
         if !without_experiments && target.platform.folder == wheel::HANDED_OUT_FOR {
+            let own = cosim_wasm::workspace(workspace)?;
+            let mut command = target.build(&own, &platforms.tools)?;
+            command.arg("--locked");
+            dist.build_programs(workspace, target, command, &new)?;
+            let (folder, package) = (&new.join("THIRD-PARTY"), [cosim_wasm::PROGRAM]);
+            notices(&own, &[target], &package, folder)?;
             wheel::build(workspace, &new, Some(target), &new.join("python"))?;
         }
     }
@@ -279,17 +291,17 @@ fn build(
 /// Writes the notices of the programs' third-party crates; FMUs hold their own in
 /// `documentation/licenses/`.
 fn notices(
-    workspace: &Workspace,
+    workspace: &cargo_fmu::workspace::Workspace,
     targets: &[&Target],
     packages: &[&str],
     folder: &Path,
 ) -> Result<()> {
     fs::create_dir_all(folder)?;
-    let notices = Notices::new(&workspace.cargo)?;
+    let notices = Notices::new(workspace)?;
     let triples: Vec<_> = targets.iter().map(|target| target.triple).collect();
     for (package, program) in PROGRAMS {
         if packages.contains(&package) {
-            for (name, bytes) in notices.files(&workspace.cargo, package, &triples)? {
+            for (name, bytes) in notices.files(workspace, package, &triples)? {
                 let name = name.replace("third-party", program);
                 fs::write(folder.join(name), bytes)?;
             }

@@ -2,6 +2,7 @@
 //! the FMU suite. `cargo xtask help` lists the commands.
 
 mod bench;
+mod cosim_wasm;
 mod demo;
 mod describe;
 mod dist;
@@ -93,6 +94,8 @@ enum Command {
         #[arg(trailing_var_arg = true, allow_hyphen_values = true)]
         arguments: Vec<String>,
     },
+    /// Build the program by which `cosim` runs FMUs of WebAssembly, next to it
+    CosimWasm,
     /// Run the manipulator's experiments: `cargo xtask hdrm-fmu -- table --help`
     HdrmFmu {
         /// Arguments of `hdrm-fmu`
@@ -118,6 +121,7 @@ fn run(command: Command) -> Result<ExitCode> {
             let program = workspace.build_programs(&programs::with_started(&arguments))?;
             return programs::run(&program, &arguments);
         }
+        Command::CosimWasm => println!("{}", cosim_wasm::build(workspace)?.display()),
         Command::Describe { check } => describe::run(workspace, check)?,
         Command::Pack {
             out,

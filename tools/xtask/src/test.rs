@@ -12,7 +12,7 @@ use crate::phases::Phases;
 use crate::programs::torture;
 use crate::python::Python;
 use crate::workspace::{Workspace, is_ci};
-use crate::{bench, describe, dist, importers, pack, web, wheel};
+use crate::{bench, cosim_wasm, describe, dist, importers, pack, web, wheel};
 
 /// Runs all checks, with `nightly` also the long ones; the first that fails ends the run.
 pub fn run(workspace: &Workspace, nightly: bool) -> Result<()> {
@@ -142,6 +142,12 @@ fn test_inputs(
     })?;
     phases.run("model descriptions", || describe::check(workspace, &fmus))?;
     phases.run("build programs", || workspace.build_programs(&PROGRAMS))?;
+    if nightly {
+        phases.run("cosim-wasm", || {
+            cosim_wasm::check(workspace)?;
+            cosim_wasm::build(workspace).map(drop)
+        })?;
+    }
     phases.run("WebAssembly", || {
         let missing = target::WASM.missing(&Tools::default());
         match missing.is_empty() {

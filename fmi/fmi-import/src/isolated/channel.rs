@@ -30,6 +30,8 @@ use crate::under_way::last_words;
 const NAP: Duration = Duration::from_millis(20);
 /// The process ends itself at the limit of a call; if it cannot, it is killed so long after.
 const GRACE: Duration = Duration::from_secs(2);
+/// The same where WebAssembly is compiled first.
+const COMPILING: Duration = Duration::from_mins(2);
 
 /// Processes of isolated instances that this program has.
 static PROCESSES: AtomicUsize = AtomicUsize::new(0);
@@ -52,6 +54,7 @@ pub type Answered = std::result::Result<f64, Vec<u8>>;
 pub struct Channel {
     name: String,
     limits: Limits,
+    grace: Duration,
     process: RefCell<Process>,
     socket: UnixStream,
     segment: Segment,
@@ -60,10 +63,8 @@ pub struct Channel {
     taken: Cell<u32>,
     /// Where the next request and the next answer are, and where answers that are due may end.
     places: Cell<[usize; 3]>,
-    /// What is done with the answers that were not asked for yet, in their order, and how many of
-    /// them are wanted.
+    /// What is done with the answers that were not asked for yet, in their order.
     pub due: RefCell<VecDeque<Due>>,
-    pub wanted: Cell<usize>,
     /// Answers that were taken to make room before they were asked for.
     early: RefCell<VecDeque<(Vec<u64>, Vec<u8>)>>,
     /// What was requested, by number, in words.
@@ -76,20 +77,22 @@ pub struct Channel {
 }
 
 impl Channel {
-    /// Starts the process of the instance `name`.
-    pub fn start(name: String, limits: Limits) -> Result<Self> {
+    /// Starts the process of the instance `name`, of WebAssembly or not.
+    pub fn start(name: String, limits: Limits, is_wasm: bool) -> Result<Self> {
         let (segment, file) = Segment::new(WORDS)?;
         let (socket, other) = UnixStream::pair()?;
-        let mut command = command(&name)?;
+        let mut command = command(&name, is_wasm)?;
         command.stdin(Stdio::from(OwnedFd::from(other)));
         command.stdout(Stdio::from(file));
         let process = Process::start(&mut command)
             .with_context(|| format!("{:?} cannot be started", command.get_program()))?;
-        socket.set_read_timeout(limits.time.map(|time| time + GRACE))?;
+        let grace = if is_wasm { COMPILING } else { GRACE };
+        socket.set_read_timeout(limits.time.map(|time| time + grace))?;
         PROCESSES.fetch_add(1, Relaxed);
         Ok(Self {
             name,
             limits,
+            grace,
             process: RefCell::new(process),
             socket,
             segment,
@@ -97,7 +100,6 @@ impl Channel {
             taken: Cell::new(0),
             places: Cell::new([0; 3]),
             due: RefCell::new(VecDeque::with_capacity(CALLS)),
-            wanted: Cell::new(0),
             early: RefCell::default(),
             names: RefCell::new([""; CALLS]),
             patience: Patience::default(),
@@ -108,6 +110,12 @@ impl Channel {
 
     fn memory(&self) -> Layout<'_> {
         Layout(self.segment.words())
+    }
+
+    /// Whether an answer is wanted: the call that wants it has begun.
+    pub fn is_wanted(&self) -> bool {
+        let due = self.due.borrow();
+        due.iter().any(|due| matches!(due, Due::Wanted))
     }
 
     /// Whether the process has ended.
@@ -147,8 +155,6 @@ impl Channel {
         let [at, answer, end] = self.places.get();
         let is_first = self.due.borrow().is_empty();
         self.due.borrow_mut().push_back(due);
-        let is_wanted = matches!(due, Due::Wanted);
-        self.wanted.set(self.wanted.get() + usize::from(is_wanted));
         let (memory, number) = (self.memory(), self.requested.get().wrapping_add(1));
         let place = at as u64 | if is_first { FIRST } else { 0 };
         memory.place(number).store(place, Relaxed);
@@ -259,7 +265,7 @@ impl Channel {
         let (Some(time), Some(begun)) = (self.limits.time, begun) else {
             return Ok(());
         };
-        if begun.elapsed() > (time + GRACE) * self.under_way().max(1) {
+        if begun.elapsed() > (time + self.grace) * self.under_way().max(1) {
             process.kill()?;
             let seconds = time.as_secs_f64();
             return Err(self.over(format!("it gave no answer within {seconds} s")));
@@ -273,7 +279,6 @@ impl Channel {
         let reason = format!("{reason} (in a process of its own)");
         self.early.borrow_mut().clear();
         self.due.borrow_mut().clear();
-        self.wanted.set(0);
         self.taken.set(self.requested.get());
         self.end.borrow_mut().get_or_insert(reason.clone());
         anyhow!(reason)
@@ -309,33 +314,31 @@ impl Channel {
         postcard::from_bytes(bytes).map_err(|_| self.damaged())
     }
 
+    /// Takes the next answer of all: its kind and number of values, its number and its bytes. Values
+    /// are written to where they have room.
+    fn next(&self, values: &mut [f64]) -> Result<(u64, u64, Vec<u8>)> {
+        if let Some((words, bytes)) = self.early.borrow_mut().pop_front() {
+            let given = words[2..].iter().map(|word| f64::from_bits(*word));
+            (values.iter_mut().zip(given)).for_each(|(to, value)| *to = value);
+            return Ok((words[0], words[1], bytes));
+        }
+        let [kind, number, given @ ..] = self.await_answer()? else {
+            return Err(self.damaged());
+        };
+        let [kind, number] = [kind, number].map(|word| word.load(Relaxed));
+        let given = given.iter().map(|word| f64::from_bits(word.load(Relaxed)));
+        (values.iter_mut().zip(given)).for_each(|(to, value)| *to = value);
+        self.pass_answer(2 + (kind >> 2) as usize);
+        Ok((kind, number, self.read_bytes(kind, number)?))
+    }
+
     /// Takes the next answer of all, with exactly these values.
     pub fn answer(&self, values: &mut [f64]) -> Result<Answered> {
-        let early = self.early.borrow_mut().pop_front();
-        let (kind, number, bytes) = match early {
-            Some((words, bytes)) => {
-                let given = words[2..].iter().map(|word| f64::from_bits(*word));
-                (values.iter_mut().zip(given)).for_each(|(to, value)| *to = value);
-                (words[0], words[1], Some(bytes))
-            }
-            None => {
-                let [kind, number, given @ ..] = self.await_answer()? else {
-                    return Err(self.damaged());
-                };
-                let [kind, number] = [kind, number].map(|word| word.load(Relaxed));
-                let given = given.iter().map(|word| f64::from_bits(word.load(Relaxed)));
-                (values.iter_mut().zip(given)).for_each(|(to, value)| *to = value);
-                self.pass_answer(2 + (kind >> 2) as usize);
-                (kind, number, None)
-            }
-        };
+        let (kind, number, bytes) = self.next(values)?;
         match (kind & 3, (kind >> 2) as usize) {
             (NUMBERS, count) if count == values.len() => Ok(Ok(f64::from_bits(number))),
-            (kind @ (BYTES | ERROR), 0) => {
-                let bytes = bytes.map_or_else(|| self.read_bytes(kind, number), Ok)?;
-                if kind == BYTES {
-                    return Ok(Err(bytes));
-                }
+            (BYTES, 0) => Ok(Err(bytes)),
+            (ERROR, 0) => {
                 let Failed { reason, messages } = self.parse(&bytes)?;
                 messages::extend(messages);
                 Err(reason.into())
@@ -346,15 +349,7 @@ impl Channel {
 
     /// Takes the next answer of all, whatever it is.
     pub fn skip(&self) -> Result<()> {
-        if self.early.borrow_mut().pop_front().is_some() {
-            return Ok(());
-        }
-        let [kind, number, ..] = self.await_answer()? else {
-            return Err(self.damaged());
-        };
-        let [kind, number] = [kind, number].map(|word| word.load(Relaxed));
-        self.pass_answer(2 + (kind >> 2) as usize);
-        self.read_bytes(kind, number).map(drop)
+        self.next(&mut []).map(drop)
     }
 
     /// Makes a rare request, while no answer is due.

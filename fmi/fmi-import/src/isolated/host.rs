@@ -3,6 +3,7 @@
 
 use std::any::Any;
 use std::collections::{BTreeMap, HashMap};
+use std::ffi::c_void;
 use std::fs;
 use std::io::{self, Read, Write};
 use std::os::fd::{AsFd, OwnedFd};
@@ -22,7 +23,9 @@ use super::protocol::{
     RareAnswer, RareRequest, Reason, Request, WORDS, is_frequent,
 };
 use super::segment::{Patience, Segment};
+use crate::Limits;
 use crate::batch::{Batch, Layout};
+use crate::calls::Offered;
 use crate::clocks::ClockPlan;
 use crate::exchange::{ExchangePlan, as_component};
 use crate::fmi_instance::FmiInstance;
@@ -35,12 +38,21 @@ use crate::{instantiate, messages, output, process, under_way};
 /// Returns the exit code when all is done.
 pub fn serve_if_asked() -> Option<ExitCode> {
     super::program::serves();
+    serve_with(None)
+}
+
+/// Makes ready what is in a file, within limits, and returns the C functions of FMI 3.0 for it by
+/// name.
+pub type Load = fn(&Path, Limits) -> Result<fn(&str) -> Option<*const c_void>>;
+
+/// The same for a program that calls something else than shared libraries.
+pub fn serve_with(load: Option<Load>) -> Option<ExitCode> {
     let asked = std::env::args_os().nth(1)?;
-    (asked == ARGUMENT).then(serve)
+    (asked == ARGUMENT).then(|| serve(load))
 }
 
 /// Answers requests; standard input is the socket, standard output the shared memory.
-fn serve() -> ExitCode {
+fn serve(load: Option<Load>) -> ExitCode {
     let served = || -> Result<()> {
         let socket = io::stdin().as_fd().try_clone_to_owned()?;
         let memory = io::stdout().as_fd().try_clone_to_owned()?;
@@ -49,7 +61,7 @@ fn serve() -> ExitCode {
         process::replace_streams()?;
         // Prints of the FMU go to standard error.
         output::separate()?;
-        Host::new(memory.forever(), socket)?.run()
+        Host::new(memory.forever(), socket, load)?.run()
     };
     output::end(match served() {
         Ok(()) => 0,
@@ -68,6 +80,7 @@ struct Loaded {
 }
 
 struct Host {
+    load: Option<Load>,
     memory: Memory<'static>,
     socket: UnixStream,
     /// Instances are freed before their library.
@@ -97,10 +110,11 @@ enum Outcome {
 }
 
 impl Host {
-    fn new(memory: &'static [AtomicU64], socket: OwnedFd) -> Result<Self> {
+    fn new(memory: &'static [AtomicU64], socket: OwnedFd, load: Option<Load>) -> Result<Self> {
         let memory = Memory(memory);
         under_way::keep_last_words(memory.last_words());
         Ok(Self {
+            load,
             memory,
             socket: socket.into(),
             states: BTreeMap::new(),
@@ -337,12 +351,17 @@ impl Host {
 
     fn host(&mut self, hosting: &Hosting) -> Result<RareAnswer> {
         if self.loaded.is_none() {
+            // What handles signals of its own comes after what tells of crashes.
+            under_way::Slot::fresh();
+            // It takes time of the machine, not of the FMU.
+            let load = |load: Load| load(&hosting.library, hosting.limits);
+            let offered = self.load.map(load).transpose()?;
             process::watch(
                 hosting.limits,
                 Some(self.socket.as_fd().try_clone_to_owned()?),
             );
             self.threads = count_threads();
-            self.loaded = Some(load(hosting)?);
+            self.loaded = Some(self::load(hosting, offered.map(Offered))?);
         }
         let loaded = self.loaded.as_ref().context("there is no FMU")?;
         let Loaded {
@@ -374,7 +393,7 @@ impl Host {
     }
 }
 
-fn load(hosting: &Hosting) -> Result<Loaded> {
+fn load(hosting: &Hosting, offered: Option<Offered>) -> Result<Loaded> {
     let read = |path: &Path| fs::read(path).with_context(|| path.display().to_string());
     let text = fmi_description::text(&read(&hosting.description)?)?;
     let wanted = [match hosting.exchange.is_some() {
@@ -383,10 +402,13 @@ fn load(hosting: &Hosting) -> Result<Loaded> {
     }];
     let declared = Description::parse_as(&text, &wanted, &HashMap::new())?;
     let description = as_component(&Description::parse_as(&text, &wanted, &hosting.sizes)?);
-    let library = load_named(&format!("FMU `{}`", hosting.file), &hosting.library)?;
+    let who = format!("FMU `{}`", hosting.file);
     Ok(Loaded {
         layout: Layout::new(&description),
-        functions: Functions::load(library, &declared),
+        functions: match offered {
+            Some(offered) => Functions::load(offered, &declared),
+            None => Functions::load(load_named(&who, &hosting.library)?, &declared),
+        },
         description,
     })
 }

@@ -97,7 +97,7 @@ impl IsolatedInstance {
         };
         let name = arguments.name.to_string_lossy().into_owned();
         let hosted = Hosted {
-            channel: Channel::start(name, limits).context("a process of its own")?,
+            channel: Channel::start(name, limits, fmu.is_wasm()).context("a process of its own")?,
             batches: RefCell::default(),
             last_batch: Cell::new(0),
             sets: Cell::new(0),
@@ -122,7 +122,6 @@ impl Hosted {
         if channel.due.borrow_mut().pop_front().is_none() {
             return Err(self.damaged());
         }
-        channel.wanted.set(channel.wanted.get() - 1);
         let taken = match self.late.take() {
             Some(late) => channel.skip().and(Err(late)),
             None => channel.answer(values),
@@ -167,7 +166,6 @@ impl Hosted {
         let channel = &self.channel;
         self.forget_ahead();
         while self.take_unwanted().is_ok() && channel.due.borrow_mut().pop_front().is_some() {
-            channel.wanted.set(channel.wanted.get() - 1);
             let _ = channel.skip(); // if the process has ended, the next call says so
         }
     }
@@ -224,10 +222,7 @@ impl Hosted {
         let mut due = self.channel.due.borrow_mut();
         let first = due.iter_mut().find(|due| matches!(due, Due::Ahead(_)));
         let found = first.filter(|due| matches!(due, Due::Ahead(own) if *own == number));
-        let is_ahead = found.map(|due| *due = Due::Wanted).is_some();
-        let wanted = &self.channel.wanted;
-        wanted.set(wanted.get() + usize::from(is_ahead));
-        is_ahead
+        found.map(|due| *due = Due::Wanted).is_some()
     }
 
     /// The number of a batch in the process, and whether it must be told its variables.
@@ -287,7 +282,7 @@ impl Hosted {
 
     /// Passes values: ends the call that was begun first, or makes it.
     fn pass(&self, pass: Pass, batch: &Batch, given: &[f64], read: &mut [f64]) -> Result<()> {
-        if self.channel.wanted.get() == 0 {
+        if !self.channel.is_wanted() {
             self.begin_pass(pass, batch, given, false);
         }
         self.take(read).map(drop)
@@ -322,7 +317,7 @@ impl FmiInstance for IsolatedInstance {
     }
 
     fn drain(&self) {
-        if self.0.channel.wanted.get() == 0 && self.0.sets.get() == 0 {
+        if !self.0.channel.is_wanted() && self.0.sets.get() == 0 {
             return; // What was read ahead is wanted soon.
         }
         self.0.settle();
@@ -353,7 +348,7 @@ impl FmiInstance for IsolatedInstance {
         if matches!(call, Call::EnterInitialization(_)) {
             self.0.channel.choose_spins();
         }
-        if self.0.channel.wanted.get() == 0 {
+        if !self.0.channel.is_wanted() {
             self.0.begin_call(call);
         }
         if is_frequent(call) {

@@ -169,7 +169,6 @@ impl<M: Model> Clock<M> {
 
 /// Whether the model, of which `scratch` becomes a copy, has started a clock that the importer does
 /// not know of.
-#[cfg(feature = "derive")]
 pub(crate) fn has_started<M: Model>(model: &M, scratch: &mut M) -> bool {
     scratch.clone_from(model);
     M::CLOCKS.iter().any(|clock| match clock.timing {

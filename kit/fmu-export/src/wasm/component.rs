@@ -1,5 +1,5 @@
-//! The functions of an FMI-LS-WASM component (`fmi:fmi3@3.0.0`, world `co-simulation-fmu`), which a
-//! host calls and which call the C functions of FMI 3.0. `cargo fmu pack` makes the component from
+//! The functions of an FMI-LS-WASM component (`fmi:fmi3@3.0.0`, worlds `co-simulation-fmu` and
+//! `model-exchange-fmu`), which a host calls and which call the C functions of FMI 3.0. `cargo fmu pack` makes the component from
 //! the module; its file `fmi3.wit` holds the interface.
 
 pub use super::answers::{Answer, List, call, result};
@@ -24,7 +24,7 @@ use std::ptr;
 pub static LIBRARY: Library =
     Library::new(false, option_env!("FMU_SIZES")).telling_panics(tell_panic);
 
-/// An instance of the resource `co-simulation-instance`.
+/// An instance of the resource `co-simulation-instance` or `model-exchange-instance`.
 pub struct Component {
     instance: Instance,
     /// Its name, which its callbacks receive as environment.
@@ -43,122 +43,18 @@ pub unsafe fn instance(this: This) -> Instance {
     unsafe { (*this).instance }
 }
 
-#[link(wasm_import_module = "[export]fmi:fmi3/co-simulation@3.0.0")]
-unsafe extern "C" {
-    #[link_name = "[resource-new]co-simulation-instance"]
-    fn handle(this: usize) -> u32;
-}
+mod handles {
+    #[link(wasm_import_module = "[export]fmi:fmi3/co-simulation@3.0.0")]
+    unsafe extern "C" {
+        #[link_name = "[resource-new]co-simulation-instance"]
+        pub(super) safe fn co_simulation(this: usize) -> u32;
+    }
 
-/// Exports the functions of the component under their names. Functions with the same arguments are
-/// listed together: those of the instance alone, getters and setters.
-#[doc(hidden)]
-#[macro_export]
-macro_rules! export_component {
-    ($x:ty) => {
-        const _: () = {
-            use $crate::component::*;
-            use $crate::entry3 as e;
-
-            $crate::export_component! { @call $x;
-                "exit-initialization-mode" fmi3ExitInitializationMode;
-                "enter-event-mode" fmi3EnterEventMode;
-                "enter-step-mode" fmi3EnterStepMode;
-                "evaluate-discrete-states" fmi3EvaluateDiscreteStates;
-                "terminate" fmi3Terminate;
-                "reset" fmi3Reset;
-                "enter-configuration-mode" fmi3EnterConfigurationMode;
-                "exit-configuration-mode" fmi3ExitConfigurationMode;
-            }
-            $crate::export_component! { @get $x;
-                "get-float32" fmi3GetFloat32;
-                "get-float64" fmi3GetFloat64;
-                "get-int8" fmi3GetInt8;
-                "get-int16" fmi3GetInt16;
-                "get-int32" fmi3GetInt32;
-                "get-int64" fmi3GetInt64;
-                "get-uint8" fmi3GetUInt8;
-                "get-uint16" fmi3GetUInt16;
-                "get-uint32" fmi3GetUInt32;
-                "get-uint64" fmi3GetUInt64;
-                "get-boolean" fmi3GetBoolean;
-            }
-            $crate::export_component! { @set $x;
-                "set-float32" fmi3SetFloat32 f32;
-                "set-float64" fmi3SetFloat64 f64;
-                "set-int8" fmi3SetInt8 i8;
-                "set-int16" fmi3SetInt16 i16;
-                "set-int32" fmi3SetInt32 i32;
-                "set-int64" fmi3SetInt64 i64;
-                "set-uint8" fmi3SetUInt8 u8;
-                "set-uint16" fmi3SetUInt16 u16;
-                "set-uint32" fmi3SetUInt32 u32;
-                "set-uint64" fmi3SetUInt64 u64;
-                "set-boolean" fmi3SetBoolean u8;
-            }
-            // There are no clocks, so these read and write no values.
-            $crate::export_component! { @get_clock $x;
-                "get-interval-decimal" fmi3GetIntervalDecimal null_mut null_mut;
-                "get-interval-fraction" fmi3GetIntervalFraction null_mut null_mut null_mut;
-                "get-shift-decimal" fmi3GetShiftDecimal null_mut;
-                "get-shift-fraction" fmi3GetShiftFraction null_mut null_mut;
-            }
-            $crate::export_component! { @set_clock $x;
-                "set-clock" fmi3SetClock null;
-                "set-interval-decimal" fmi3SetIntervalDecimal null;
-                "set-interval-fraction" fmi3SetIntervalFraction null null;
-                "set-shift-decimal" fmi3SetShiftDecimal null;
-                "set-shift-fraction" fmi3SetShiftFraction null null;
-            }
-            $crate::export_component_types!($x);
-            $crate::export_component_methods!($x);
-        };
-    };
-    (@call $x:ty; $($name:literal $function:ident;)*) => {$(
-        #[unsafe(export_name = concat!("fmi:fmi3/co-simulation@3.0.0#[method]co-simulation-instance.", $name))]
-        unsafe extern "C" fn $function(this: This) -> Status {
-            // SAFETY: the canonical ABI gives this instance.
-            call(|| unsafe { e::$function::<$x>(instance(this)) })
-        }
-    )*};
-    (@get $x:ty; $($name:literal $function:ident;)*) => {$(
-        #[unsafe(export_name = concat!("fmi:fmi3/co-simulation@3.0.0#[method]co-simulation-instance.", $name))]
-        unsafe extern "C" fn $function(this: This, vr: *const ValueReference, n: usize) -> Answer {
-            // SAFETY: as above, and the list.
-            call(|| unsafe { get::<$x, _>(this, (vr, n), e::$function::<$x>) })
-        }
-    )*};
-    (@set $x:ty; $($name:literal $function:ident $type:ty;)*) => {$(
-        #[unsafe(export_name = concat!("fmi:fmi3/co-simulation@3.0.0#[method]co-simulation-instance.", $name))]
-        unsafe extern "C" fn $function(
-            this: This, vr: *const ValueReference, n: usize, values: *const $type, n_values: usize
-        ) -> Status {
-            // SAFETY: as above, and the lists.
-            call(|| unsafe { e::$function::<$x>(instance(this), vr, n, values, n_values) })
-        }
-    )*};
-    (@get_clock $x:ty; $($name:literal $function:ident $($null:ident)*;)*) => {$(
-        #[unsafe(export_name = concat!("fmi:fmi3/co-simulation@3.0.0#[method]co-simulation-instance.", $name))]
-        unsafe extern "C" fn $function(this: This, vr: *const ValueReference, n: usize) -> Answer {
-            // SAFETY: as above.
-            call(|| result(unsafe { e::$function::<$x>(instance(this), vr, n $(, $null())*) }, List::EMPTY))
-        }
-    )*};
-    (@set_clock $x:ty; $($name:literal $function:ident $($null:ident)*;)*) => {$(
-        #[unsafe(export_name = concat!("fmi:fmi3/co-simulation@3.0.0#[method]co-simulation-instance.", $name))]
-        unsafe extern "C" fn $function(
-            this: This, vr: *const ValueReference, n: usize, _values: *const u8, _n_values: usize
-        ) -> Status {
-            // SAFETY: as above.
-            call(|| unsafe { e::$function::<$x>(instance(this), vr, n $(, $null())*) })
-        }
-    )*};
-    (@other $x:ty; $prefix:literal; $($name:literal $function:ident($($argument:ident: $type:ty),*) $result:ty;)*) => {$(
-        #[unsafe(export_name = concat!($prefix, $name))]
-        unsafe extern "C" fn $function($($argument: $type),*) -> $result {
-            // SAFETY: the canonical ABI gives these arguments.
-            call(|| unsafe { $crate::component::$function::<$x>($($argument),*) })
-        }
-    )*};
+    #[link(wasm_import_module = "[export]fmi:fmi3/model-exchange@3.0.0")]
+    unsafe extern "C" {
+        #[link_name = "[resource-new]model-exchange-instance"]
+        pub(super) safe fn model_exchange(this: usize) -> u32;
+    }
 }
 
 #[unsafe(export_name = "fmi:fmi3/common@3.0.0#get-version")]
@@ -248,7 +144,7 @@ struct Step {
 
 /// Defines functions for any model, and a macro that exports them for one model.
 macro_rules! functions {
-    (($d:tt) $export:ident $prefix:literal; $(
+    (($d:tt) $export:ident @$kind:ident; $(
         $name:literal $function:ident($($argument:ident: $type:ty),* $(,)?) -> $result:ty $run:block
     )*) => {
         $(
@@ -267,45 +163,174 @@ macro_rules! functions {
         #[macro_export]
         macro_rules! $export {
             ($d x:ty) => {
-                $crate::export_component! { @other $d x; $prefix; $($name $function($($argument: $type),*) $result;)* }
+                $crate::export_component! { @$kind $d x; $($name $function($($argument: $type),*) $result;)* }
             };
         }
     };
 }
 
-functions! { ($) export_component_types "fmi:fmi3/";
+/// Makes an instance for Co-Simulation or Model Exchange.
+unsafe fn make<X: Exported>(
+    texts: [(*const u8, usize); 3],
+    logging_on: u32,
+    with: e::Interface,
+) -> Answer {
+    let texts = texts.map(|(at, len)| text(List::from_raw(at, len)));
+    let [Some(name), Some(token), Some(resources)] = texts else {
+        tell(
+            "",
+            Status::Error,
+            "logStatusError",
+            "instantiate: a text with U+0000",
+        );
+        return plain([0_u32; 2]);
+    };
+    let folder = match resources.is_empty() {
+        true => null(),
+        false => resources.as_ptr(),
+    };
+    let handle = match with {
+        e::Interface::CoSimulation(_) => handles::co_simulation,
+        _ => handles::model_exchange,
+    };
+    // SAFETY: C strings; the name lives as long as the instance.
+    let instance = unsafe {
+        e::instantiate::<X>(
+            &LIBRARY,
+            name.as_ptr(),
+            token.as_ptr(),
+            folder,
+            logging_on as Boolean,
+            name.as_ptr().cast_mut().cast(),
+            Some(fmu_log_message()),
+            with,
+        )
+    };
+    if instance.is_null() {
+        return plain([0_u32; 2]);
+    }
+    let component = Component {
+        instance,
+        _name: name,
+    };
+    plain([1, handle(Box::into_raw(Box::new(component)).addr())])
+}
+
+functions! { ($) export_component_co_simulation @one;
     "co-simulation@3.0.0#[static]co-simulation-instance.instantiate-co-simulation" instantiate(
         name: *const u8, name_len: usize, token: *const u8, token_len: usize, resources: *const u8,
         resources_len: usize, visible: u32, logging_on: u32, event_mode_used: u32,
         early_return_allowed: u32, required: *const ValueReference, n_required: usize,
     ) -> Answer {
-        let texts = [(name, name_len), (token, token_len), (resources, resources_len)];
-        let [Some(name), Some(token), Some(resources)] = texts.map(|(at, len)| text(List::from_raw(at, len))) else {
-            tell("", Status::Error, "logStatusError", "instantiate-co-simulation: a text with U+0000");
-            return plain([0_u32; 2]);
-        };
         let _ = visible;
-        let [logging_on, event_mode_used, early_return_allowed] =
-            [logging_on, event_mode_used, early_return_allowed].map(|flag| flag as Boolean);
-        let folder = if resources.is_empty() { null() } else { resources.as_ptr() };
+        let [event_mode_used, early_return_allowed] =
+            [event_mode_used, early_return_allowed].map(|flag| flag as Boolean);
         let update = Some(fmu_intermediate_update());
         let said = e::CoSimulation { event_mode_used, early_return_allowed, required, n_required, update };
-        let instance = e::instantiate::<X>(
-            &LIBRARY, name.as_ptr(), token.as_ptr(), folder, logging_on,
-            name.as_ptr().cast_mut().cast(), Some(fmu_log_message()), e::Interface::CoSimulation(said),
-        );
-        if instance.is_null() {
-            return plain([0_u32; 2]);
-        }
-        plain([1, handle(Box::into_raw(Box::new(Component { instance, _name: name })).addr())])
+        let texts = [(name, name_len), (token, token_len), (resources, resources_len)];
+        make::<X>(texts, logging_on, e::Interface::CoSimulation(said))
     }
     "co-simulation@3.0.0#[dtor]co-simulation-instance" free(this: This) -> () {
         let component = Box::from_raw(this.cast_mut());
         e::free_instance::<X>(component.instance);
     }
+    "co-simulation@3.0.0#[method]co-simulation-instance.set-input-derivatives" set_input_derivatives(
+        this: This, requests: *const [u32; 2], n: usize, values: *const f64, n_values: usize,
+    ) -> Status {
+        let _ = (requests, n, values, n_values);
+        let name = "set-input-derivatives";
+        enter::<X::Model, Fmi3>(instance(this), Call::new(name, ANY | INTERMEDIATE_UPDATE), |_| {
+            refuse!("FMI 3.0 has no function that sets derivatives of inputs")
+        })
+    }
+    "co-simulation@3.0.0#[method]co-simulation-instance.do-step" do_step(
+        this: This, t: f64, h: f64, no_set_prior: u32,
+    ) -> Answer {
+        let _ = no_set_prior;
+        let ([mut event, mut terminate, mut early], mut time) = ([0; 3], 0.0);
+        let status = e::do_step::<X>(instance(this), t, h, &mut event, &mut terminate, &mut early, &mut time);
+        result(status, Step { time, event, terminate, early })
+    }
 }
 
-functions! { ($) export_component_methods "fmi:fmi3/co-simulation@3.0.0#[method]co-simulation-instance.";
+/// Gets all numbers of a vector of Model Exchange.
+unsafe fn vector(
+    this: This,
+    size: unsafe fn(Instance, *mut usize) -> Status,
+    function: unsafe fn(Instance, *mut f64, usize) -> Status,
+) -> Answer {
+    let mut n = 0;
+    // SAFETY: forwarded; there is room for as many values.
+    unsafe {
+        let mut status = size(instance(this), &mut n);
+        let mut values = vec![0.0; n];
+        if status == Status::Ok {
+            status = function(instance(this), values.as_mut_ptr(), n);
+        }
+        result(status, List::from_vec(values))
+    }
+}
+
+/// Gets the size of a vector of Model Exchange.
+unsafe fn size(this: This, function: unsafe fn(Instance, *mut usize) -> Status) -> Answer {
+    let mut n = 0;
+    // SAFETY: forwarded.
+    let status = unsafe { function(instance(this), &mut n) };
+    result(status, n as u64)
+}
+
+functions! { ($) export_component_exchange @one;
+    "model-exchange@3.0.0#[static]model-exchange-instance.instantiate-model-exchange" instantiate_exchange(
+        name: *const u8, name_len: usize, token: *const u8, token_len: usize, resources: *const u8,
+        resources_len: usize, visible: u32, logging_on: u32,
+    ) -> Answer {
+        let _ = visible;
+        make::<X>([(name, name_len), (token, token_len), (resources, resources_len)], logging_on, e::Interface::ModelExchange)
+    }
+    "model-exchange@3.0.0#[dtor]model-exchange-instance" free_exchange(this: This) -> () {
+        free::<X>(this);
+    }
+    "model-exchange@3.0.0#[method]model-exchange-instance.enter-continuous-time-mode" enter_continuous_time(this: This) -> Status {
+        e::fmi3EnterContinuousTimeMode::<X>(instance(this))
+    }
+    "model-exchange@3.0.0#[method]model-exchange-instance.set-time" set_time(this: This, time: f64) -> Status {
+        e::fmi3SetTime::<X>(instance(this), time)
+    }
+    "model-exchange@3.0.0#[method]model-exchange-instance.set-continuous-states" set_states(
+        this: This, states: *const f64, n: usize,
+    ) -> Status {
+        e::fmi3SetContinuousStates::<X>(instance(this), states, n)
+    }
+    "model-exchange@3.0.0#[method]model-exchange-instance.get-continuous-state-derivatives" get_derivatives(this: This) -> Answer {
+        vector(this, e::fmi3GetNumberOfContinuousStates::<X>, e::fmi3GetContinuousStateDerivatives::<X>)
+    }
+    "model-exchange@3.0.0#[method]model-exchange-instance.get-event-indicators" get_indicators(this: This) -> Answer {
+        vector(this, e::fmi3GetNumberOfEventIndicators::<X>, e::fmi3GetEventIndicators::<X>)
+    }
+    "model-exchange@3.0.0#[method]model-exchange-instance.get-continuous-states" get_states(this: This) -> Answer {
+        vector(this, e::fmi3GetNumberOfContinuousStates::<X>, e::fmi3GetContinuousStates::<X>)
+    }
+    "model-exchange@3.0.0#[method]model-exchange-instance.get-nominals-of-continuous-states" get_nominals(this: This) -> Answer {
+        vector(this, e::fmi3GetNumberOfContinuousStates::<X>, e::fmi3GetNominalsOfContinuousStates::<X>)
+    }
+    "model-exchange@3.0.0#[method]model-exchange-instance.get-number-of-event-indicators" count_indicators(this: This) -> Answer {
+        size(this, e::fmi3GetNumberOfEventIndicators::<X>)
+    }
+    "model-exchange@3.0.0#[method]model-exchange-instance.get-number-of-continuous-states" count_states(this: This) -> Answer {
+        size(this, e::fmi3GetNumberOfContinuousStates::<X>)
+    }
+    "model-exchange@3.0.0#[method]model-exchange-instance.completed-integrator-step" complete_step(
+        this: This, no_set_prior: u32,
+    ) -> Answer {
+        let [mut enters_events, mut terminates] = [0; 2];
+        let status = e::fmi3CompletedIntegratorStep::<X>(
+            instance(this), no_set_prior as Boolean, &mut enters_events, &mut terminates,
+        );
+        result(status, [enters_events, terminates])
+    }
+}
+
+functions! { ($) export_component_methods @both;
     "set-debug-logging" set_debug_logging(this: This, on: u32, categories: *const List, n: usize) -> Status {
         with_texts(categories, n, |texts| e::fmi3SetDebugLogging::<X>(instance(this), on as Boolean, n, texts))
     }
@@ -424,15 +449,6 @@ functions! { ($) export_component_methods "fmi:fmi3/co-simulation@3.0.0#[method]
         );
         result(status, List::from_vec(values))
     }
-    "set-input-derivatives" set_input_derivatives(
-        this: This, requests: *const [u32; 2], n: usize, values: *const f64, n_values: usize,
-    ) -> Status {
-        let _ = (requests, n, values, n_values);
-        let name = "set-input-derivatives";
-        enter::<X::Model, Fmi3>(instance(this), Call::new(name, ANY | INTERMEDIATE_UPDATE), |_| {
-            refuse!("FMI 3.0 has no function that sets derivatives of inputs")
-        })
-    }
     "get-output-derivatives" get_output_derivatives(this: This, requests: *const [u32; 2], n: usize) -> Answer {
         let requests = List::from_raw(requests, n).items::<[u32; 2]>();
         let (vr, orders): (Vec<u32>, Vec<i32>) = requests.iter().map(|r| (r[0], r[1] as i32)).unzip();
@@ -440,11 +456,5 @@ functions! { ($) export_component_methods "fmi:fmi3/co-simulation@3.0.0#[method]
         let (at, n_values) = (values.as_mut_ptr(), values.len());
         let status = e::fmi3GetOutputDerivatives::<X>(instance(this), vr.as_ptr(), n, orders.as_ptr(), at, n_values);
         result(status, List::from_vec(values))
-    }
-    "do-step" do_step(this: This, t: f64, h: f64, no_set_prior: u32) -> Answer {
-        let _ = no_set_prior;
-        let ([mut event, mut terminate, mut early], mut time) = ([0; 3], 0.0);
-        let status = e::do_step::<X>(instance(this), t, h, &mut event, &mut terminate, &mut early, &mut time);
-        result(status, Step { time, event, terminate, early })
     }
 }

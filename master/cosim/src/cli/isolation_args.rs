@@ -3,9 +3,13 @@
 use std::process::ExitCode;
 use std::time::Duration;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use clap::Args;
 use fmi_import::Limits;
+
+use crate::structure::FmuUse;
+
+const LIBRARY: &str = "library";
 
 /// Hosts an isolated component, if this process was started for that: the first call of each program
 /// that runs systems. Returns the exit code when all is done.
@@ -30,14 +34,34 @@ pub struct IsolationArgs {
     /// Most memory of such a process: `500MB`, `2GiB` [default: none]
     #[arg(long, value_name = "SIZE")]
     pub memory_limit: Option<String>,
+    /// What runs of FMUs that have a library and WebAssembly: library, or wasm, in processes of their
+    /// own
+    #[arg(long, value_name = "BINARY", default_value = LIBRARY)]
+    pub prefer: String,
 }
 
 impl IsolationArgs {
-    /// The limits of each process.
+    /// How components use their FMUs, with these interfaces.
     ///
     /// # Errors
-    /// One is no limit.
-    pub fn limits(&self) -> Result<Limits> {
+    /// A limit is none, or there is no such binary.
+    pub fn fmu_use(self, interfaces: Vec<String>) -> Result<FmuUse> {
+        let prefers_wasm = self.prefer == "wasm";
+        ensure!(
+            prefers_wasm || self.prefer == LIBRARY,
+            "--prefer {}: it must be library or wasm",
+            self.prefer
+        );
+        Ok(FmuUse {
+            interfaces,
+            limits: self.limits()?,
+            isolated: self.isolate,
+            prefers_wasm,
+        })
+    }
+
+    /// The limits of each process.
+    fn limits(&self) -> Result<Limits> {
         let time = |seconds: f64| {
             let time = Duration::try_from_secs_f64(seconds).ok();
             let time = time.filter(|time| !time.is_zero());

@@ -134,11 +134,15 @@ impl RunKey {
             interfaces: _, // in the FMUs
             isolated: _,   // the same bits
             limits: _,
+            prefers_wasm,
             solves_loops,
             alarms: _, // they judge the numbers, and change none
             remarks: _,
             unmatched: _,
         } = structure;
+        if *prefers_wasm {
+            self.add("binaries", "WebAssembly");
+        }
         let names: Vec<&str> = components.iter().map(|c| c.name.as_str()).collect();
         self.add("the order of components", names.join(", "));
         for component in components {

@@ -135,6 +135,8 @@ pub struct FmuUse {
     pub isolated: Vec<String>,
     /// Limits of these processes.
     pub limits: Limits,
+    /// FMUs that have both run as WebAssembly, not by their libraries.
+    pub prefers_wasm: bool,
 }
 
 /// A system: components, connections and the default experiment.
@@ -169,6 +171,8 @@ pub struct Structure {
     pub isolated: Vec<String>,
     /// Limits of these processes.
     pub limits: Limits,
+    /// FMUs that have both run as WebAssembly, not by their libraries.
+    pub prefers_wasm: bool,
     /// Outputs that mean that the result is not good.
     pub alarms: Vec<Alarm>,
     /// Algebraic loops are solved instead of refused.

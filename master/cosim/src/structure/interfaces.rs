@@ -1,11 +1,14 @@
 //! How each component uses its FMU, as the structure or the options `--interface` and `--isolate` say:
-//! by which interface, and whether in a process of its own. For systems that load their FMUs.
+//! by which interface, by which binary, and whether in a process of its own. For systems that load their FMUs.
+
+use std::sync::Arc;
 
 use anyhow::{Context, Result, bail, ensure};
 use fmi_description::Interface;
-use fmi_import::Limits;
+use fmi_import::{Binary, Limits};
 
 use super::{FmuUse, Structure};
+use crate::fmu::{Fmu, FmuWish};
 use crate::run::signals::matches_pattern;
 
 impl Structure {
@@ -22,13 +25,19 @@ impl Structure {
             self.isolated.append(&mut chosen);
         }
         self.limits = options.limits;
+        self.prefers_wasm = options.prefers_wasm;
+        Ok(())
+    }
+
+    /// Refuses limits of processes if there are none.
+    pub(crate) fn check_limits(&self, fmus: &[Arc<Fmu>]) -> Result<()> {
         let Limits { time, memory } = self.limits;
         for (is_given, option) in [
             (time.is_some(), "--call-timeout"),
             (memory.is_some(), "--memory-limit"),
         ] {
             ensure!(
-                !is_given || !self.isolated.is_empty(),
+                !is_given || fmus.iter().any(|fmu| fmu.isolation.is_some()),
                 "{option} is for components in processes of their own; there is none (--isolate)"
             );
         }
@@ -68,17 +77,18 @@ impl Structure {
         Ok(chosen)
     }
 
-    /// The interface that is chosen for a component.
-    pub(crate) fn interface(&self, component: &str) -> Option<Interface> {
-        let mut all = self.interfaces.iter().rev();
-        all.find(|(name, _)| name == component)
-            .map(|(_, interface)| *interface)
-    }
-
-    /// The limits of the process of a component; None if it has no process of its own, as in a page,
-    /// where modules are isolated anyway.
-    pub(crate) fn isolation(&self, component: &str) -> Option<Limits> {
-        let is_isolated = self.isolated.iter().any(|name| name == component);
-        (is_isolated && cfg!(feature = "native")).then_some(self.limits)
+    /// How a component uses its FMU. In a page, where modules are isolated anyway, it has no process
+    /// of its own.
+    pub(crate) fn wanted(&self, component: &str) -> FmuWish {
+        let is_own = |(name, _): &&(String, _)| name == component;
+        FmuWish {
+            interface: self.interfaces.iter().rev().find(is_own).map(|own| own.1),
+            binary: Binary {
+                is_isolated: cfg!(feature = "native")
+                    && self.isolated.iter().any(|name| name == component),
+                prefers_wasm: self.prefers_wasm,
+            },
+            limits: self.limits,
+        }
     }
 }

@@ -16,7 +16,7 @@ use anyhow::{Context, Result, bail, ensure};
 use fmi_description::{Causality, Description, Variable, Version};
 use system_structure::ParameterMapping;
 
-use crate::fmu::Fmu;
+use crate::fmu::{Fmu, FmuWish};
 use crate::structure::package::{FmuPlace, Package, read, read_text};
 use crate::structure::renaming::rename;
 use crate::structure::{self, Alarm, Component, FmuUse, Structure, arrays};
@@ -106,11 +106,10 @@ impl System {
         for c in &structure.components {
             let own = given.get(&c.name);
             let source = own.map_or(c.source.clone(), |file| file.display().to_string());
-            let wanted = structure.interface(&c.name);
-            let isolation = structure.isolation(&c.name);
-            let key = match (wanted, isolation) {
-                (None, None) => source.clone(),
-                _ => format!("{source} ({wanted:?}, {})", isolation.is_some()),
+            let wanted = structure.wanted(&c.name);
+            let key = match wanted == FmuWish::default() {
+                true => source.clone(),
+                false => format!("{source} ({wanted:?})"),
             };
             let fmu = match loaded.get(&key) {
                 Some(fmu) => fmu.clone(),
@@ -120,8 +119,7 @@ impl System {
                         None => place.read(&source, package),
                     };
                     let context = || format!("FMU of component `{}`", c.name);
-                    let fmu =
-                        Fmu::load_as(&source, bytes.with_context(context)?, wanted, isolation)?;
+                    let fmu = Fmu::load_as(&source, bytes.with_context(context)?, wanted)?;
                     if let (None, FmuPlace::Structure { .. }) = (own, place) {
                         let counted = package.count(&source, fmu.unpacked_size);
                         counted.with_context(context)?;
@@ -211,15 +209,11 @@ impl System {
             if structure.component(&name).is_some() {
                 bail!("two FMUs are named `{name}`; give them names: a={source} b={source}");
             }
-            let wanted = structure.interface(&name);
-            let isolation = structure.isolation(&name);
-            let fits = |fmu: &&Arc<Fmu>| {
-                let is_wanted = wanted.is_none_or(|wanted| wanted == fmu.description.interface);
-                fmu.file == source && is_wanted && fmu.isolation == isolation
-            };
+            let wanted = structure.wanted(&name);
+            let fits = |fmu: &&Arc<Fmu>| fmu.file == source && fmu.wanted == wanted;
             let fmu = match fmus.iter().find(fits) {
                 Some(fmu) => fmu.clone(),
-                None => Fmu::load_as(&source, read(&source)?, wanted, isolation)?,
+                None => Fmu::load_as(&source, read(&source)?, wanted)?,
             };
             let name = match name.is_empty() {
                 true => fmu.description.identifier.clone(),

@@ -77,6 +77,22 @@ fn isolated_components_give_the_same_bits() {
     }
 }
 
+#[test]
+fn an_annotation_isolates_its_component() {
+    let said = "<ssd:Annotations><ssc:Annotation type=\"io.github.hdrm-fmu.process\"/></ssd:Annotations></ssd:Component>";
+    let annotated = oscillators(2).replacen("</ssd:Component>", said, 1);
+    let annotated = system("isolated-annotated", &annotated).unwrap();
+    assert_eq!(annotated.structure.isolated, ["spring1"]);
+    let isolated: Vec<_> = (annotated.fmus.iter().map(|fmu| fmu.is_isolated())).collect();
+    assert_eq!(isolated, [true, false, false, false]);
+    let plain = system("isolated-unannotated", &oscillators(2)).unwrap();
+    let of = |system: &System| {
+        let experiment = experiment(system, Schedule::Standard);
+        steps(&mut experiment.start(system).unwrap(), 50)
+    };
+    assert!(of(&annotated) == of(&plain));
+}
+
 /// With threads besides, and a step that is divided: more calls are begun at a time than the memory
 /// has places for.
 #[test]

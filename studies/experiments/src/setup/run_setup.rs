@@ -117,6 +117,7 @@ impl MachineArgs {
             (!system.isolation.isolate.is_empty(), "--isolate"),
             (system.isolation.call_timeout.is_some(), "--call-timeout"),
             (system.isolation.memory_limit.is_some(), "--memory-limit"),
+            (system.isolation.prefer == "wasm", "--prefer"),
             (!system.feedthrough.is_empty(), "--feedthrough"),
             (system.solve_loops, "--solve-loops"),
         ];

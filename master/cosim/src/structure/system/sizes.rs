@@ -22,6 +22,7 @@ impl System {
     /// The system with the sizes that its structure gives. If wiring and values do not fit them, it
     /// may yet get others, so that is no error before the wiring is asked for.
     pub(super) fn assemble(path: PathBuf, mut unresolved: Unresolved) -> Result<Self> {
+        unresolved.structure.check_limits(&unresolved.fmus)?;
         let mut system = Self {
             path,
             structure: Structure::default(),
