@@ -76,6 +76,7 @@ fn of_state(input: &DeriveInput) -> TokenStream {
                     const SOLVER: __fmu::SolverName = __fmu::SolverName::Fixed;
                     const TOLERANCE: f64 = 1.0;
                     const MODEL_EXCHANGE: bool = false;
+                    const SCHEDULED_EXECUTION: bool = false;
                     fn start(_: &#p, _: &#u) -> Self { ::core::unreachable!() }
                     fn table() -> &'static [::fmu_export::Variable<Self>] { &[] }
                     fn derivatives() -> &'static [::fmu_export::Variable<Self>] { &[] }

@@ -153,3 +153,30 @@ impl ClockState {
         }
     }
 }
+
+/// Clocks in saved states. The code for them is left out of models without clocks.
+pub(super) mod saved {
+    use super::{Model, Ticks};
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    type Saved<M> = Option<Box<Ticks<M>>>;
+
+    pub(crate) fn serialize<M: Model, S: Serializer>(
+        of: &Saved<M>,
+        to: S,
+    ) -> Result<S::Ok, S::Error> {
+        match M::CLOCKS.is_empty() {
+            true => None::<()>.serialize(to),
+            false => of.serialize(to),
+        }
+    }
+
+    pub(crate) fn deserialize<'a, M: Model, D: Deserializer<'a>>(
+        from: D,
+    ) -> Result<Saved<M>, D::Error> {
+        match M::CLOCKS.is_empty() {
+            true => Option::<()>::deserialize(from).map(|_| None),
+            false => Option::deserialize(from),
+        }
+    }
+}

@@ -36,6 +36,7 @@ pub(crate) struct State<M: Model> {
     /// None until initialization, and in Initialization Mode after something was set.
     pub(crate) model: Option<M>,
     /// The clocks of a model that has some.
+    #[serde(with = "super::clock_state::saved")]
     pub(crate) ticks: Option<Box<Ticks<M>>>,
 }
 

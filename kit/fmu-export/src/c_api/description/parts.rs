@@ -137,8 +137,13 @@ pub(super) fn types<M: Model>(
                 ("description", description),
             ])
         });
-        let fill = |element: Element| element.holding(items);
-        defined(enumeration, of.name, of.description, fill)
+        defined(
+            enumeration,
+            of.name,
+            of.description,
+            Vec::new(),
+            items.collect(),
+        )
     });
     let reals = declared_types(layout).into_iter().map(|of| {
         let bound = |x: f64| x.is_finite().then(|| real(x));
@@ -160,8 +165,8 @@ pub(super) fn types<M: Model>(
         let attributes = attributes
             .into_iter()
             .filter_map(|(name, value)| Some((name, value?)));
-        let fill = |element: Element| element.with(attributes);
-        defined(real_type, of.name, of.description, fill)
+        let attributes = attributes.collect();
+        defined(real_type, of.name, of.description, attributes, Vec::new())
     });
     Element::new("TypeDefinitions")
         .holding(enumerations)
@@ -169,14 +174,16 @@ pub(super) fn types<M: Model>(
         .if_any()
 }
 
-/// The definition of a type, whose inner element `fill` completes.
+/// The definition of a type, whose inner element has more attributes and children.
 fn defined(
     (outer, inner): (&'static str, Option<&'static str>),
     name: &str,
     description: &str,
-    fill: impl FnOnce(Element) -> Element,
+    attributes: Vec<(&'static str, String)>,
+    children: Vec<Element>,
 ) -> Element {
     let outer = Element::new(outer).with([("name", name), ("description", description)]);
+    let fill = |element: Element| element.with(attributes).holding(children);
     match inner {
         None => fill(outer),
         Some(inner) => outer.holding([fill(Element::new(inner))]),

@@ -34,9 +34,9 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &StartValues<M>) -> Res
     let knowns = Knowns::new(layout);
     let mut names = BTreeMap::new();
     let mut numbers = BTreeMap::new();
-    let mut units = BTreeMap::new();
-    let mut enumerations = BTreeMap::new();
-    let mut types = BTreeMap::new();
+    let mut units = Vec::new();
+    let mut enumerations = Vec::new();
+    let mut types = Vec::new();
     for (number, (span, i, n)) in layout.entries() {
         let row = span.row;
         let name = row.element_name(i);
@@ -100,8 +100,9 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &StartValues<M>) -> Res
             _ => return wrong("only outputs have dependencies"),
         }
     }
-    for (name, at) in types.iter().map(|(name, (_, at))| (*name, at)) {
-        if names.contains_key(name) || enumerations.contains_key(name) {
+    for (name, _, at) in &types {
+        let is_enumeration = enumerations.iter().any(|(other, _, _)| other == name);
+        if names.contains_key(*name) || is_enumeration {
             return Err(format!(
                 "variable `{at}`: its type `{name}` has the name of a variable or of an enumeration"
             ));
@@ -376,7 +377,7 @@ fn items<M: Model>(row: &Variable<M>) -> Result<(), String> {
 /// No two enumerations, and no two units, share a name. `what` names the kind and `name` the
 /// variable; `known` has the first variable of each.
 fn same<T: Copy + PartialEq>(
-    known: &mut BTreeMap<&'static str, (T, String)>,
+    known: &mut Vec<(&'static str, T, String)>,
     what: &str,
     own: Option<(&'static str, T)>,
     name: &str,
@@ -384,11 +385,14 @@ fn same<T: Copy + PartialEq>(
     let Some((of, own)) = own else {
         return Ok(());
     };
-    let (first, at) = known.entry(of).or_insert_with(|| (own, name.to_owned()));
-    match *first == own {
-        true => Ok(()),
-        false => Err(format!("{what} `{of}` is defined differently for `{at}`")),
+    match known.iter().find(|(first, _, _)| *first == of) {
+        None => known.push((of, own, name.to_owned())),
+        Some((_, first, at)) if *first != own => {
+            return Err(format!("{what} `{of}` is defined differently for `{at}`"));
+        }
+        Some(_) => {}
     }
+    Ok(())
 }
 
 fn bounds<M: Model>(row: &Variable<M>) -> Result<(), String> {

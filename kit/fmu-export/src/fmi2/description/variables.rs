@@ -11,7 +11,8 @@ use crate::core::storage::TypeNames;
 
 pub(super) fn model_variables<M: Model>(layout: &Layout<M>, (p, u): &StartValues<M>) -> Element {
     let y = sizes::output::<M>(p);
-    let scalar = |number: u32, i: usize, row: &Variable<M>| {
+    // Called for variables and for aliases, and compiled once.
+    let scalar: &dyn Fn(u32, usize, &Variable<M>) -> Element = &|number, i, row| {
         let element = match row.enumeration {
             Some(_) => "Enumeration",
             None => row.storage.kind().name(&TypeNames::PLAIN),

@@ -90,9 +90,12 @@ fn clocks<M: Model>(
     layout: &Layout<M>,
     row: &Variable<M>,
 ) -> impl Iterator<Item = (&'static str, String)> {
+    let mut attributes = Vec::new();
+    if M::CLOCKS.is_empty() {
+        return attributes.into_iter();
+    }
     let of = row.clocks.iter().map(|name| reference(layout, name));
     let of = Vec::from_iter(of).join(" ");
-    let mut attributes = Vec::new();
     if !of.is_empty() {
         attributes.push(("clocks", of));
     }
