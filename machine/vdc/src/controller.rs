@@ -195,10 +195,12 @@ impl Controller {
         let weighs = state.t - state.t_start < settings.weighing_time;
         let bodies = &state.bodies;
         let weighing = weighs.then(|| {
-            law::wrist_inertia(
+            let payload = bodies.payload();
+            law::hook_model(
                 &configuration,
                 &bodies.nominal,
-                bodies.payload(),
+                payload,
+                &ground,
                 nominal.gravity,
             )
         });

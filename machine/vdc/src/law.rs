@@ -14,7 +14,7 @@ mod sliding;
 
 pub(crate) use control_law::{Instant, Rod};
 pub(crate) use decomposition::{
-    BodyMotion, WEIGHING_JOINT, ground, motions, own_inertia, velocity_errors, wrist_inertia,
+    BodyMotion, ground, hook_model, motions, own_inertia, velocity_errors,
 };
 
 use cascade::Cascade;

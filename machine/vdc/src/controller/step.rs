@@ -2,10 +2,10 @@
 //! sample to sample, or with delayed commands.
 
 use super::Controller;
+use crate::bodies::HookReadings;
 use crate::drive::{Reading, VoltageLaw};
 use crate::error::{ControllerError, STEP_MAX};
 use crate::evaluation::Evaluation;
-use crate::law::WEIGHING_JOINT;
 use crate::measured::{DELAY_MAX, SAMPLES_MAX, SLACK, Timing, predict};
 use crate::nominal::Nominal;
 use crate::reference::Reference;
@@ -73,10 +73,13 @@ impl Controller {
             ..
         } = self;
         if let Some(machine) = &now.machine {
-            if let Some(inertia) = &machine.weighing {
-                let torque = now.output.tau_wrist[WEIGHING_JOINT - 3];
-                let rate = input.zeta_dot[WEIGHING_JOINT];
-                state.bodies.weigh(torque, rate, inertia, h);
+            if let Some(hook) = &machine.weighing {
+                let felt = HookReadings {
+                    torque: now.output.tau_wrist,
+                    rate: [3, 4, 5].map(|j| input.zeta_dot[j]),
+                    booms: [1, 2].map(|i| machine.strokes[i].prime * input.F[i]),
+                };
+                state.bodies.weigh(&felt, hook, h);
             } else if !now.is_at_force_limit() && state.supervisor.stage() < Stage::Frozen {
                 let law = settings.mode.law();
                 law.learn(&mut state.bodies, &machine.motions, &settings.gains, h);
