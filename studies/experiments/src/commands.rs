@@ -18,3 +18,4 @@ pub mod stability;
 pub mod table;
 pub mod testbed;
 pub mod tournament;
+pub mod weighing;

@@ -17,7 +17,7 @@ use cosim::run::interrupt;
 
 use super::{
     compare, draws, endurance, energy, evaluate, machine, margins, path, pictures, python,
-    run as run_command, sizing, stability, table, testbed, tournament,
+    run as run_command, sizing, stability, table, testbed, tournament, weighing,
 };
 
 /// Experiments on the coupled manipulator: three electromechanical actuators, rigid bodies and
@@ -59,6 +59,8 @@ pub enum Command {
     Margins(margins::MarginsArgs),
     /// Many machines drawn at random under one law: kept, stopped, lost, and the rods' forces
     Draws(draws::DrawsArgs),
+    /// Payloads of all sizes and places with and without weighing of the hook: errors of both
+    Weighing(weighing::WeighingArgs),
     /// Tip error, tracking, orientation and verdict of a run that another importer wrote as CSV
     Evaluate(evaluate::EvaluateArgs),
     /// Draw the signals of a CSV file over time, as PNG and SVG
