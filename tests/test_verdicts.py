@@ -92,11 +92,19 @@ def test_a_rating_that_is_exceeded_spoils_a_long_run(machine):
 
 
 RATES = ["--set", "controller.trajectory=rates"]
-# The tilt rod at the end of its reach under commanded rates, at 10.9 Hz between 61 and 78 kN; the slew of the machine as built at 7 Hz.
+OUT = ["--set", "controller.rate.joint[2]=-0.1", "--set", "controller.rate.joint[3]=0.1", "--stop-time", 30]
+#: Gains that commanded rates make those of a path: they take half the feedback and a quarter of the adaptation's rate.
+path_gains = lambda gamma, feedback, integral: [
+    option
+    for name, value in (("gamma", gamma / 4), ("Lambda_position", 2 * feedback), ("omega_tip", 2 * integral))
+    for option in ("--set", f"controller.{name}={value}")
+]
+# With them the tilt rod swings at the end of its reach, at 10.9 Hz between 61 and 78 kN, and the slew of the machine as built at 7 Hz.
 SWINGING = {
-    "tilt": ("Manipulator.ssp", ["--set", "controller.rate.joint[2]=-0.1", "--set", "controller.rate.joint[3]=0.1", "--stop-time", 30], "emla_3 swings: ±8."),
-    "slew": ("Real.ssp", ["--stop-time", 6], "emla_1 swings: ±2."),
+    "tilt": ("Manipulator.ssp", [*OUT, *path_gains(25, 20, 5)], "emla_3 swings: ±8."),
+    "slew": ("Real.ssp", ["--stop-time", 6, *path_gains(250, 12, 6)], "emla_1 swings: ±2."),
 }
+RESTING = {"tilt": ("Manipulator.ssp", OUT), "slew": ("Real.ssp", ["--stop-time", 6])}
 
 
 @pytest.mark.parametrize("name", SWINGING)
@@ -106,6 +114,14 @@ def test_a_rod_that_swings_at_rest_is_named(fmu_dir, name):
     (finding,) = [line for line in done.stdout.splitlines() if " swings: " in line and said in line]
     hertz = float(finding.split(" at ")[1].split()[0])
     assert done.returncode == 2 and abs(hertz / {"tilt": 10.9, "slew": 7.0}[name] - 1) < 0.1, finding
+
+
+@pytest.mark.parametrize("mode", ["adaptive", "adaptive_integral"])
+@pytest.mark.parametrize("name", RESTING)
+def test_under_commanded_rates_the_machine_rests(fmu_dir, name, mode):
+    system, more = RESTING[name]
+    done = call("hdrm-fmu", "run", "--quiet", "--system", fmu_dir / system, *RATES, *more, "--set", f"controller.mode={mode}")
+    assert "swings" not in done.stdout, done.stdout
 
 
 def test_without_adaptation_the_tilt_does_not_swing(fmu_dir):

@@ -65,7 +65,7 @@ impl Controller {
     /// Advances all states except the joint observer's and the samples by `h` s, with the
     /// measurements and commands of `now` held.
     fn advance(&mut self, now: &Evaluation, settings: &Settings, input: &Input, h: f64) {
-        let settings = &*self.state.supervisor.effective_settings(settings);
+        let settings = &*self.effective_settings(settings);
         let Self {
             nominal,
             reference,

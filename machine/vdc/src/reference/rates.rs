@@ -15,7 +15,7 @@ use crate::reference::motion::{CommandHolds, Motion};
 use crate::reference::rate_limits::{RateCommand, RateLimits};
 use crate::signals::Input;
 use hdrm::{DOF, Tip, Tree};
-use machine_file::Machine;
+use machine_file::{Controller as Gains, Machine};
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 
@@ -63,6 +63,23 @@ const NEGLIGIBLE: f64 = 1e-6;
 const PART: f64 = 0.1;
 /// Largest number of integration steps.
 const PARTS_MAX: f64 = 1000.0;
+
+/// Factors on the feedback of the joints' angles, and on γ, under commanded rates.
+const FEEDBACK: f64 = 0.5;
+const SLOWER: f64 = 4.0;
+
+/// Changes gains that suit a path to those with which the machine rests at any pose, where an
+/// operator may leave it, with any payload.
+///
+/// The feedback Λ on angles at the load side is an integrator in front of the boom's mode ω with
+/// the damping ζ, and needs `Λ < 2 ζ ω`. Without weight on it the slew has little damping, and its
+/// play makes it swing. The adaptation acts on each body's weight as a spring, whose frequency must
+/// stay within the bandwidth of the rods' forces; that falls where a rod has a short lever.
+pub(crate) fn at_any_pose(gains: &mut Gains) {
+    gains.Lambda_position *= FEEDBACK;
+    gains.omega_tip *= FEEDBACK;
+    gains.gamma *= SLOWER;
+}
 
 impl Rates {
     /// For a machine whose joints start at the angles `start`, rad; an error for invalid limits.
