@@ -197,6 +197,15 @@ def test_margins_enclose_the_border_of_stability(fmu_dir, tmp_path):
     assert heavier["limit"] == "force" and "by the rods' force" in done.stdout and "carries more than its rated force" in done.stdout + done.stderr
 
 
+@pytest.mark.parametrize("world, system", [("ideal", "Manipulator.ssp"), ("real", "Real.ssp")])
+def test_the_machine_rests_under_commanded_rates(fmu_dir, tmp_path, world, system):
+    """In two random poses, with three payloads each."""
+    options = ["--world", world, "--law", "adaptive_integral", "--follows", "rates", "--poses", 2, "--csv", tmp_path / "r.csv", "--check"]
+    done = call("hdrm-fmu", "rest", "--system", fmu_dir / system, *options)
+    rows = list(csv.DictReader((tmp_path / "r.csv").open()))
+    assert done.returncode == 0 and [row["rests"] for row in rows] == ["true"] * 6, done.stdout + done.stderr
+
+
 def test_weighing_makes_no_payload_worse(fmu_dir, tmp_path):
     """A light payload far off and full ones that sag: never worse than without weighing. An empty hook: kept instead of stopped."""
     shifts = [option for shift in ("0,0,0", "0,-0.25,0", "0,0,0.5") for option in ("--shift", shift)]

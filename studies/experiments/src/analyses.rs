@@ -11,6 +11,7 @@ pub(crate) mod identification;
 pub(crate) mod imported_run;
 pub mod inertia;
 pub mod margins;
+pub(crate) mod rest;
 pub mod robustness;
 pub mod sizing;
 pub mod stability;

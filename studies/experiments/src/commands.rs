@@ -12,6 +12,7 @@ pub mod path;
 pub mod pictures;
 pub mod program;
 pub mod python;
+pub mod rest;
 pub mod run;
 pub mod sizing;
 pub mod stability;

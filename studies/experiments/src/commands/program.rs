@@ -16,7 +16,7 @@ use cosim::cli::{claim_outputs, exit};
 use cosim::run::interrupt;
 
 use super::{
-    compare, draws, endurance, energy, evaluate, machine, margins, path, pictures, python,
+    compare, draws, endurance, energy, evaluate, machine, margins, path, pictures, python, rest,
     run as run_command, sizing, stability, table, testbed, tournament, weighing,
 };
 
@@ -57,6 +57,8 @@ pub enum Command {
     Tournament(tournament::TournamentArgs),
     /// How far each law is from instability: in delay, loop gain, mounting, inertia, adaptation
     Margins(margins::MarginsArgs),
+    /// Whether the machine rests after a push, in random poses, with any payload, under each law
+    Rest(rest::RestArgs),
     /// Many machines drawn at random under one law: kept, stopped, lost, and the rods' forces
     Draws(draws::DrawsArgs),
     /// Payloads of all sizes and places with and without weighing of the hook: errors of both
