@@ -61,16 +61,21 @@ impl Bodies {
         &self.payload
     }
 
-    /// Weighs the payload with what is `felt` of the hook over `h` s. Scales nominal inertia,
-    /// estimate and bounds of the payload to the share found.
-    pub(crate) fn weigh(&mut self, felt: &HookReadings, hook: &HookModel, h: f64) {
+    /// Weighs the payload with what is `felt` of the hook over `h` s; returns whether the hook is
+    /// empty. Where that changes, nominal inertia, estimate and bounds of the payload are scaled to
+    /// the share found, and all estimates, which learnt with the other share, begin anew.
+    pub(crate) fn weigh(&mut self, felt: &HookReadings, hook: &HookModel, h: f64) -> bool {
         const PL: usize = Body::PL as usize;
-        let payload = self.payload * self.weighing.advance(felt, hook, h);
-        if let Some(bounds) = Bounds::around(&payload, self.inverse_bounds) {
+        let before = self.weighing.is_empty();
+        let share = self.weighing.advance(felt, hook, h);
+        let payload = self.payload * share;
+        let bounds = Bounds::around(&payload, self.inverse_bounds);
+        if let (Some(bounds), true) = (bounds, self.weighing.is_empty() != before) {
             self.nominal[PL] = payload;
-            self.estimates[PL] = bounds.nominal(payload);
             self.bounds[PL] = bounds;
+            self.estimates = std::array::from_fn(|k| self.bounds[k].nominal(self.nominal[k]));
         }
+        self.weighing.is_empty()
     }
 
     pub(crate) fn load(&self) -> &Load {

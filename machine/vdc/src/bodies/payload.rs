@@ -78,9 +78,15 @@ pub(crate) struct Weighing {
     impulse: [f64; 3],
     /// Integral over the time t of t times that impulse, N·m·s³.
     slope: [f64; 3],
+    is_empty: bool,
 }
 
 impl Weighing {
+    /// Whether the hook is empty by what was felt so far.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.is_empty
+    }
+
     /// Advances by `h` s and returns the share of the nominal payload to use: 1, or that of an
     /// empty hook.
     pub(crate) fn advance(&mut self, felt: &HookReadings, hook: &HookModel, h: f64) -> f64 {
@@ -98,8 +104,8 @@ impl Weighing {
             let momentum = hook.own[j] * (felt.rate[j] - self.rates[j]);
             self.slope[j] += h * self.time * (self.impulse[j] - momentum);
         }
-        let is_empty = share < EMPTY && self.mass(hook) < EMPTY && !self.holds_moment(hook);
-        if is_empty { NOTHING } else { 1.0 }
+        self.is_empty = share < EMPTY && self.mass(hook) < EMPTY && !self.holds_moment(hook);
+        if self.is_empty { NOTHING } else { 1.0 }
     }
 
     /// Mass on the hook over that of the nominal payload, from the mean moments Q of lift and tilt

@@ -73,14 +73,16 @@ impl Controller {
             ..
         } = self;
         if let Some(machine) = &now.machine {
-            if let Some(hook) = &machine.weighing {
+            let is_empty = machine.weighing.as_ref().is_some_and(|hook| {
                 let felt = HookReadings {
                     torque: now.output.tau_wrist,
                     rate: [3, 4, 5].map(|j| input.zeta_dot[j]),
                     booms: [1, 2].map(|i| machine.strokes[i].prime * input.F[i]),
                 };
-                state.bodies.weigh(&felt, hook, h);
-            } else if !now.is_at_force_limit() && state.supervisor.stage() < Stage::Frozen {
+                state.bodies.weigh(&felt, hook, h)
+            });
+            let may_learn = !is_empty && !now.is_at_force_limit();
+            if may_learn && state.supervisor.stage() < Stage::Frozen {
                 let law = settings.mode.law();
                 law.learn(&mut state.bodies, &machine.motions, &settings.gains, h);
             }
