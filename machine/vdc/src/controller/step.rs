@@ -6,6 +6,7 @@ use crate::bodies::HookReadings;
 use crate::drive::{Reading, VoltageLaw};
 use crate::error::{ControllerError, STEP_MAX};
 use crate::evaluation::Evaluation;
+use crate::law;
 use crate::measured::{DELAY_MAX, SAMPLES_MAX, SLACK, Timing, predict};
 use crate::nominal::Nominal;
 use crate::reference::Reference;
@@ -72,6 +73,7 @@ impl Controller {
             state,
             ..
         } = self;
+        let is_blocked = state.motion.is_blocked();
         if let Some(machine) = &now.machine {
             let is_empty = machine.weighing.as_ref().is_some_and(|hook| {
                 let felt = HookReadings {
@@ -82,12 +84,12 @@ impl Controller {
                 state.bodies.weigh(&felt, hook, h)
             });
             let may_learn = !is_empty && !now.is_at_force_limit();
-            if may_learn && state.supervisor.stage() < Stage::Frozen {
+            if may_learn && !is_blocked && state.supervisor.stage() < Stage::Frozen {
                 let law = settings.mode.law();
                 law.learn(&mut state.bodies, &machine.motions, &settings.gains, h);
             }
         }
-        let is_at_limit = now.is_at_limit(&nominal.tau_wrist_max);
+        let is_at_limit = is_blocked || now.is_at_limit(&nominal.tau_wrist_max);
         if let (Some(machine), false) = (&now.machine, is_at_limit) {
             for (i, rate) in machine.law_integral_rate.into_iter().enumerate() {
                 let prime = machine.strokes.get(i).map(|stroke| stroke.prime);
@@ -105,7 +107,15 @@ impl Controller {
         }
         if let Some(rates) = reference.rates() {
             let command = settings.rate_command;
-            rates.advance(&mut state.motion, &nominal.tree, command, input, h);
+            let bounds = law::reference_bounds(
+                nominal,
+                &state.bodies,
+                &settings.gains,
+                input,
+                &state.motion.zeta.into(),
+                rates.largest(),
+            );
+            rates.advance(&mut state.motion, &nominal.tree, command, input, &bounds, h);
         }
         for (i, drive) in state.drives.iter_mut().enumerate() {
             let law = VoltageLaw {
@@ -207,6 +217,12 @@ fn supervise(
     let (supervisor, ratings) = (&mut state.supervisor, &nominal.ratings);
     let errors = now.rod_errors(&input.F);
     let is_overloaded = now.is_overloaded(&input.F, ratings);
+    if now
+        .machine
+        .is_some_and(|machine| machine.weighing.is_some())
+    {
+        supervisor.forget_swings();
+    }
     if supervisor.stage() < Stage::Braking {
         supervisor.average_wrist_torques(&now.output.tau_wrist, h);
     }

@@ -165,6 +165,15 @@ pub(crate) fn own_inertia(
     })
 }
 
+/// Inertia of all bodies about a joint.
+pub(crate) fn whole_inertia(
+    configuration: &Configuration,
+    nominal: &[Inertia; Body::COUNT],
+    joint: usize,
+) -> f64 {
+    inertia_about(configuration, joint, |body| Some(&nominal[body as usize]))
+}
+
 /// Inertia about a joint of the bodies for which `inertia` gives one.
 fn inertia_about<'a>(
     configuration: &Configuration,

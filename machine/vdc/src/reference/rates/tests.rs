@@ -4,6 +4,7 @@ use super::*;
 use nalgebra::Vector3;
 
 const H: f64 = 1e-3;
+const FREE: [(f64, usize); 2] = [(f64::INFINITY, 0); 2];
 
 /// Reproducible numbers in (0, 1): Weyl's sequence of the golden ratio, hashed by a sine.
 struct Random(f64);
@@ -53,7 +54,17 @@ impl Run {
             rates,
             motion,
         } = self;
-        rates.advance(motion, tree, command, input, h);
+        // The machine follows at once.
+        let input = Input {
+            zeta: motion.zeta.into(),
+            zeta_dot: motion.zeta_dot.into(),
+            ..*input
+        };
+        let bounds = ReferenceBounds {
+            ahead: [1.0; DOF],
+            room: Room::default(),
+        };
+        rates.advance(motion, tree, command, &input, &bounds, h);
     }
 }
 
@@ -248,14 +259,14 @@ fn joints_slow_down_before_the_ends() {
         let a = BRAKE_SHARE * rates.limits.joint_acceleration[i];
         for ahead in [0.0, 1e-3, 0.01, 0.03] {
             let zeta = rates.range[i][1] - ahead;
-            let (v, _) = rates.allowed(i, zeta, RateCommand::Joint).high;
+            let (v, _) = rates.allowed(i, zeta, RateCommand::Joint, FREE).high;
             let way = v * v / (2.0 * a) + 4.0 * rates.limits.smoothing * v;
             assert!((way - ahead).abs() < 1e-14, "joint {i}: {way} for {ahead}");
             assert!(v < rates.largest_rate(i));
         }
         let [low, high] = rates.range[i];
         let middle = 0.5 * (low + high);
-        let AllowedRates { low, high } = rates.allowed(i, middle, RateCommand::Joint);
+        let AllowedRates { low, high } = rates.allowed(i, middle, RateCommand::Joint, FREE);
         assert_eq!([-low.0, high.0], [rates.largest_rate(i); 2]);
     }
 }
@@ -281,7 +292,7 @@ fn commands_are_held_where_less_than_half_is_allowed() {
         for (share, is_held) in [(1.9, false), (2.1, true), (-1.9, false), (-2.1, true)] {
             let mut commands = [0.0; DOF];
             commands[joint] = share * bound;
-            let (wanted, held) = rates.joint_accelerations(&motion, &commands, &allowed, 0.5);
+            let (wanted, _, held) = rates.joint_accelerations(&motion, &commands, &allowed, 0.5);
             let mut expected = CommandHolds::default();
             expected.joint[joint] = is_held;
             assert_eq!(held, expected);
