@@ -10,6 +10,9 @@ use emla::maps;
 use hdrm::{Configuration, DOF};
 use machine_file::Controller as Gains;
 
+/// Share of a rated force or torque with which the law's feedback may push against what stops the
+/// machine. Laws without a model need most of a half to hold its weight.
+const PUSH: f64 = 0.8;
 /// Largest force at rest over the rated one; the rest is for moving, and for errors of the masses.
 const HELD: f64 = 0.95;
 /// Share of the rated force below which a joint that moves as fast as it may has room.
@@ -37,10 +40,9 @@ pub(crate) fn reference_bounds(
 }
 
 /// Largest angles by which the reference may be ahead of the joints, rad. There the feedback pushes
-/// a joint that stands by the rated force of its rod or the largest torque of its wrist drive, or
-/// asks for its largest rate:
+/// a joint that stands by a share of what its drive may, or asks for its largest rate:
 /// ```text
-/// (κ M/x' + K_v/K_f x') Λ e = f_max,   κ M Λ e = τ_max   or   Λ e = ω_max
+/// (κ M/x' + K_v/K_f x') Λ e = 0.8 f_max,   κ M Λ e = 0.8 τ_max   or   Λ e = ω_max
 /// ```
 fn farthest_ahead(
     nominal: &Nominal,
@@ -65,7 +67,7 @@ fn farthest_ahead(
             let most = nominal.tau_wrist_max[i - 3];
             (gains.Lambda_orientation, damping, most)
         };
-        (most / damping).min(largest[i]) / Lambda
+        (PUSH * most / damping).min(largest[i]) / Lambda
     })
 }
 

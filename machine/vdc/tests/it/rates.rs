@@ -366,3 +366,24 @@ fn a_controller_that_is_told_of_a_load_is_better() {
     });
     assert!(told < 0.5 * untold, "{told} {untold} m");
 }
+
+/// The boom is lowered and stretched to where the tilt rod would carry 79 kN: it stops where the
+/// rod holds 95 % of its rated 70 kN at rest, says so, and comes back. Tolerance: 1 % for the
+/// gradient of the force, which counts as constant up to there.
+#[test]
+fn joints_stop_where_a_rod_holds_no_more() {
+    let mut run = Run::new(&case(machine(), Mode::Modular));
+    let out = [0.0, -0.1, 0.1, 0.0, 0.0, 0.0];
+    let mut last = 0.0_f64;
+    run.hold(40.0, RateCommand::Joint, out, |_, _, y| {
+        last = y.f_required[2].abs()
+    });
+    println!("{last:.0} N");
+    assert!((last / (0.95 * 70e3) - 1.0).abs() < 0.01, "{last} N");
+    let text: Vec<String> = run.warnings.iter().map(ToString::to_string).collect();
+    let told = |text: &&String| text.contains("actuator 3 must hold almost its rated force");
+    assert_eq!(text.iter().filter(told).count(), 1, "{text:?}");
+    let before = run.zeta()[2];
+    run.hold(2.0, RateCommand::Joint, out.map(|w| -w), |_, _, _| ());
+    assert!(before - run.zeta()[2] > 0.1, "it comes back");
+}
