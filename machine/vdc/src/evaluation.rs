@@ -1,7 +1,7 @@
 //! Result of one evaluation of the control law at one instant, from measurements to commands: the
 //! FMU takes its outputs, `controller::step` advances the state with it, and `warnings` reads it.
 
-use crate::bodies::WristInertia;
+use crate::bodies::HookModel;
 use crate::drive::{Command, RodDemand};
 use crate::law::BodyMotion;
 use crate::measured::Plan;
@@ -41,8 +41,8 @@ pub(crate) struct MachineLevel {
     pub(crate) rotation_error: Vector3<f64>,
     /// Position of the tip, m.
     pub(crate) tip: Vector3<f64>,
-    /// Inertia at the wrist, while the payload is weighed.
-    pub(crate) weighing: Option<WristInertia>,
+    /// What is expected of the hook, while the payload is weighed.
+    pub(crate) weighing: Option<HookModel>,
     /// Required joint accelerations, rad/s².
     pub(crate) zeta_ddot_r: [f64; DOF],
     pub(crate) strokes: [Stroke; 3],

@@ -86,6 +86,32 @@ pub enum Warning {
         /// Reference of the joint, rad.
         zeta: f64,
     },
+    /// A joint does not follow the commanded rates.
+    #[error(
+        "t = {t} s: joint {joint} does not follow the commanded rates: its reference waits at {zeta:.4} rad, and nothing adapts meanwhile; is something in the \
+         way, the load too large, or a drive off?"
+    )]
+    Blocked {
+        /// Time, s.
+        t: f64,
+        /// Joint, counted from 1.
+        joint: usize,
+        /// Reference of the joint, rad.
+        zeta: f64,
+    },
+    /// Commanded rates lead to where a rod cannot hold the machine.
+    #[error(
+        "t = {t} s: the commanded rates lead to where actuator {actuator} must hold almost its rated force of {f_max:.0} N at rest: the joints that load it \
+         stop; back is possible"
+    )]
+    RodHeld {
+        /// Time, s.
+        t: f64,
+        /// Actuator, counted from 1.
+        actuator: usize,
+        /// Rated force, N.
+        f_max: f64,
+    },
     /// The required force of a rod exceeds its limit.
     #[error(
         "t = {t} s: the law requires {required:.0} N of actuator {actuator}, whose force is limited to {f_max:.0} N (force_limit times force_max of the machine \
@@ -160,6 +186,8 @@ pub struct ReportedWarnings {
     elbow: bool,
     wrist: bool,
     rate: bool,
+    blocked: [bool; 6],
+    rod: bool,
     supervisor: Option<Stage>,
 }
 
@@ -239,6 +267,22 @@ pub(crate) fn first_warning(
             limit: rates.largest_rate(joint),
         };
         begins(&mut reported.rate, held.rate.is_some(), slowed);
+        for (i, reported) in reported.blocked.iter_mut().enumerate() {
+            let blocked = Warning::Blocked {
+                t,
+                joint: i + 1,
+                zeta: zeta[i],
+            };
+            let is_driven = stage < Stage::Stopping;
+            begins(reported, is_driven && motion.blocked[i] != 0.0, blocked);
+        }
+        let rod = held.rod.unwrap_or_default();
+        let loaded = Warning::RodHeld {
+            t,
+            actuator: rod + 1,
+            f_max: nominal.ratings[rod][0],
+        };
+        begins(&mut reported.rod, held.rod.is_some(), loaded);
     }
     for (i, reported) in reported.force.iter_mut().enumerate() {
         let demand = &now.demands[i];

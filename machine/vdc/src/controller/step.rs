@@ -2,10 +2,11 @@
 //! sample to sample, or with delayed commands.
 
 use super::Controller;
+use crate::bodies::HookReadings;
 use crate::drive::{Reading, VoltageLaw};
 use crate::error::{ControllerError, STEP_MAX};
 use crate::evaluation::Evaluation;
-use crate::law::WEIGHING_JOINT;
+use crate::law;
 use crate::measured::{DELAY_MAX, SAMPLES_MAX, SLACK, Timing, predict};
 use crate::nominal::Nominal;
 use crate::reference::Reference;
@@ -65,24 +66,30 @@ impl Controller {
     /// Advances all states except the joint observer's and the samples by `h` s, with the
     /// measurements and commands of `now` held.
     fn advance(&mut self, now: &Evaluation, settings: &Settings, input: &Input, h: f64) {
-        let settings = &*self.state.supervisor.effective_settings(settings);
+        let settings = &*self.effective_settings(settings);
         let Self {
             nominal,
             reference,
             state,
             ..
         } = self;
+        let is_blocked = state.motion.is_blocked();
         if let Some(machine) = &now.machine {
-            if let Some(inertia) = &machine.weighing {
-                let torque = now.output.tau_wrist[WEIGHING_JOINT - 3];
-                let rate = input.zeta_dot[WEIGHING_JOINT];
-                state.bodies.weigh(torque, rate, inertia, h);
-            } else if !now.is_at_force_limit() && state.supervisor.stage() < Stage::Frozen {
+            let is_empty = machine.weighing.as_ref().is_some_and(|hook| {
+                let felt = HookReadings {
+                    torque: now.output.tau_wrist,
+                    rate: [3, 4, 5].map(|j| input.zeta_dot[j]),
+                    booms: [1, 2].map(|i| machine.strokes[i].prime * input.F[i]),
+                };
+                state.bodies.weigh(&felt, hook, h)
+            });
+            let may_learn = !is_empty && !now.is_at_force_limit();
+            if may_learn && !is_blocked && state.supervisor.stage() < Stage::Frozen {
                 let law = settings.mode.law();
                 law.learn(&mut state.bodies, &machine.motions, &settings.gains, h);
             }
         }
-        let is_at_limit = now.is_at_limit(&nominal.tau_wrist_max);
+        let is_at_limit = is_blocked || now.is_at_limit(&nominal.tau_wrist_max);
         if let (Some(machine), false) = (&now.machine, is_at_limit) {
             for (i, rate) in machine.law_integral_rate.into_iter().enumerate() {
                 let prime = machine.strokes.get(i).map(|stroke| stroke.prime);
@@ -100,7 +107,15 @@ impl Controller {
         }
         if let Some(rates) = reference.rates() {
             let command = settings.rate_command;
-            rates.advance(&mut state.motion, &nominal.tree, command, input, h);
+            let bounds = law::reference_bounds(
+                nominal,
+                &state.bodies,
+                &settings.gains,
+                input,
+                &state.motion.zeta.into(),
+                rates.largest(),
+            );
+            rates.advance(&mut state.motion, &nominal.tree, command, input, &bounds, h);
         }
         for (i, drive) in state.drives.iter_mut().enumerate() {
             let law = VoltageLaw {
@@ -202,6 +217,12 @@ fn supervise(
     let (supervisor, ratings) = (&mut state.supervisor, &nominal.ratings);
     let errors = now.rod_errors(&input.F);
     let is_overloaded = now.is_overloaded(&input.F, ratings);
+    if now
+        .machine
+        .is_some_and(|machine| machine.weighing.is_some())
+    {
+        supervisor.forget_swings();
+    }
     if supervisor.stage() < Stage::Braking {
         supervisor.average_wrist_torques(&now.output.tau_wrist, h);
     }
