@@ -66,7 +66,8 @@ impl Emla {
             brake: BrakeState::Released,
             ..*held
         };
-        self.brake().applied(s.w_m, || self.instant(s, u, &free).torque_left)
+        self.brake()
+            .applied(s.w_m, || self.instant(s, u, &free).torque_left)
     }
 
     /// The state at the start of a step: updates the trip and how long the brake has been commanded,

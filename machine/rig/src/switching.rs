@@ -41,7 +41,8 @@ impl Rig {
             gates,
             brake: BrakeState::Released,
         };
-        self.brake().applied(s.w_m, || self.instant(s, u, &free).shaft.torque_left)
+        self.brake()
+            .applied(s.w_m, || self.instant(s, u, &free).shaft.torque_left)
     }
 
     /// The state at the start of a step: updates the undervoltage trip and how long the brake has been
