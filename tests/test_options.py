@@ -93,6 +93,7 @@ RUN_FMUS = COMMON | {
     "--map": Refused("--map a=names.ssm", "--map " + NEEDS_SYSTEM),
     "--variant": Refused("--variant other.ssd", "--variant " + NEEDS_SYSTEM),
     "--feedthrough": Acts("--feedthrough c", "mute"),
+    "--interface": Refused("--interface a=me", "offers Co-Simulation only, no Model Exchange"),
     "--rate": Acts("--rate b=0.05"),
     "--solve-loops": Acts("--solve-loops", "loop"),
     "--parameters": Acts("--parameters a.ssv"),
@@ -118,6 +119,7 @@ RUN_SYSTEM = COMMON | {
     "--map": Acts("--map names.ssm", "replaced"),
     "--variant": Acts("--variant other.ssd"),
     "--feedthrough": Acts("--feedthrough mass", "mute"),
+    "--interface": Refused("--interface spring=me", "offers Co-Simulation only, no Model Exchange"),
     "--rate": Acts("--rate spring=0.05"),
     "--solve-loops": Acts("--solve-loops", "loop"),
     "--parameters": Acts("--parameters mass.ssv"),
@@ -142,7 +144,7 @@ OF_SYSTEM |= {
     "free": "run o.ssp --set mass.x=1 --csv out.csv",
 }
 #: What `--system` and its companions do in the other commands of `cosim`.
-SYSTEM = {name: RUN_SYSTEM[name] for name in ("--fmi", "--fmu", "--variant", "--parameters", "--rate", "--feedthrough", "--solve-loops", "--fmu-dir", "--map")}
+SYSTEM = {name: RUN_SYSTEM[name] for name in ("--fmi", "--fmu", "--variant", "--parameters", "--interface", "--rate", "--feedthrough", "--solve-loops", "--fmu-dir", "--map")}
 BENCH_BASES = {name: words.replace("run ", "bench --repeat 1 --system ").replace(" --quiet", "") for name, words in OF_SYSTEM.items()}
 BENCH = SYSTEM | {
     **{name: COMMON[name] for name in ("--step", "--start-time", "--stop-time", "--tolerance", "--allow-nonfinite", "--set", "--threads", "--csv", "--signals", "--interval")},
@@ -321,6 +323,7 @@ MACHINE = {
     "--map": Refused("--map hdrm=absent.ssm", "absent.ssm"),
     "--variant": Refused("--variant absent.ssd", "absent.ssd"),
     "--feedthrough": Refused("--feedthrough absent", "--feedthrough absent"),
+    "--interface": Acts("--interface hdrm=me"),
     "--rate": Acts("--rate hdrm=0.0005"),
     "--solve-loops": Told("the machine has no loops: tried with cosim"),
     "--parameters": Refused("--parameters absent.ssv", "absent.ssv"),
@@ -466,7 +469,7 @@ STUDIES = {
         SETUP
         | {name: Refused(words, MADE_BY_NO_RUN) for name, words in {
             "--stop-time": SHORT, "--input-derivatives": "--input-derivatives", "--between": "--between extrapolated", "--threads": "--threads 2",
-            "--rate": "--rate hdrm=0.0005", "--feedthrough": "--feedthrough hdrm", "--solve-loops": "--solve-loops",
+            "--interface": "--interface hdrm=me", "--rate": "--rate hdrm=0.0005", "--feedthrough": "--feedthrough hdrm", "--solve-loops": "--solve-loops",
         }.items()}
         | {
             "--step": Acts("--step 0.002", "json"),

@@ -121,7 +121,7 @@ impl System {
             files => {
                 let files = files.iter().map(|file| file.display().to_string());
                 let files = source.names.iter().cloned().zip(files).collect();
-                Loaded::from_files(files, &source.connect, |file| read(Path::new(file)))?
+                Loaded::from_files(files, &source.connect, &[], |file| read(Path::new(file)))?
             }
         };
         let mut system = system.with_sizes(None, &source.parameters, &source.sizes)?;

@@ -3,7 +3,7 @@
 //! outside the folder to which it is unpacked, and no more than [`crate::limits`] allows.
 //! [`Archive::open`] is where every archive is refused that must be.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::io::{self, Cursor, Read};
 use std::path::{Path, PathBuf};
@@ -13,7 +13,7 @@ use zip::ZipArchive;
 use zip::read::{ArchiveOffset, Config};
 use zip::result::ZipError;
 
-use crate::description::Description;
+use crate::description::{Description, Interface};
 use crate::error::DescriptionError;
 use crate::limits;
 use crate::platform::Platform;
@@ -210,9 +210,15 @@ impl Archive {
         Ok(content)
     }
 
-    /// Reads the model description, and adds remarks on the archive to it.
+    /// Reads the model description for Co-Simulation, and adds remarks on the archive to it.
     pub fn description(&mut self) -> Result<Description, ArchiveError> {
-        let mut description = Description::parse(&self.description_text()?)?;
+        self.description_as(&[Interface::CoSimulation])
+    }
+
+    /// The same for the first of the interfaces `wanted` that the FMU has.
+    pub fn description_as(&mut self, wanted: &[Interface]) -> Result<Description, ArchiveError> {
+        let text = self.description_text()?;
+        let mut description = Description::parse_as(&text, wanted, &HashMap::new())?;
         description.remarks.extend(self.remarks.iter().cloned());
         Ok(description)
     }

@@ -18,6 +18,17 @@ pub enum Version {
     Fmi3,
 }
 
+/// An interface of an FMU.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Interface {
+    /// The FMU steps itself.
+    CoSimulation,
+    /// The importer integrates the model's states.
+    ModelExchange,
+    /// The importer activates partitions of the model.
+    ScheduledExecution,
+}
+
 impl std::fmt::Display for Version {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.pad(match self {
@@ -44,7 +55,9 @@ pub struct Description {
     /// Name of the shared library without its suffix; usually a C identifier, and always the name
     /// of a file.
     pub identifier: String,
-    /// Capabilities for co-simulation.
+    /// The interface whose identifier and capabilities these are.
+    pub interface: Interface,
+    /// Capabilities of this interface.
     pub capabilities: Capabilities,
     /// Names of the log categories.
     pub log_categories: Vec<String>,
@@ -94,8 +107,8 @@ pub struct Unknown {
     pub dependencies: Option<Arc<[usize]>>,
 }
 
-/// Capability flags of co-simulation (FMI 2.0, section 4.3.1; FMI 3.0, section 4.4.1). Flags that
-/// are left out, or that the version does not have, are false or 0.
+/// Capability flags of an interface (FMI 2.0, sections 3.3.1 and 4.3.1; FMI 3.0, sections 3.3.1 and
+/// 4.4.1). Flags that are left out, or that the version does not have, are false or 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Capabilities {
     /// `needsExecutionTool`.
@@ -128,6 +141,9 @@ pub struct Capabilities {
     pub returns_early: bool,
     /// `providesPerElementDependencies`.
     pub element_dependencies: bool,
+    /// `needsCompletedIntegratorStep`, in FMI 2.0 not `completedIntegratorStepNotNeeded`; Model
+    /// Exchange only.
+    pub completes_steps: bool,
     /// `fixedInternalStepSize`, s: a communication step should be a multiple of it.
     pub internal_step: Option<f64>,
 }

@@ -23,13 +23,15 @@ pub enum DescriptionError {
         /// What it names.
         version: String,
     },
-    /// The FMU offers no co-simulation.
-    #[error("model `{model}` offers {offered}, no co-simulation")]
-    NoCoSimulation {
+    /// The FMU does not offer the interface that is wanted.
+    #[error("model `{model}` offers {offered}, no {wanted}")]
+    NoInterface {
         /// Model.
         model: String,
         /// What it offers instead.
         offered: String,
+        /// What is wanted.
+        wanted: String,
     },
     /// The identifier cannot be the name of a file, as it must.
     #[error("model `{model}`: modelIdentifier `{identifier}` cannot be the name of a file")]

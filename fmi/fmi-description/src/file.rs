@@ -4,26 +4,28 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use crate::description::{Capabilities, DefaultExperiment, Description, Index, Unknown, Version};
+use crate::description::{
+    Capabilities, DefaultExperiment, Description, Index, Interface, Unknown, Version,
+};
 use crate::error::DescriptionError;
 use crate::remark::Remark;
 use crate::unit::Unit;
 use crate::variable::{Access, Causality, Initial, Item, Kind, Variability, Variable};
 use crate::xml::{Element, XmlError};
 
-/// Interfaces: element and name.
+/// Interfaces: element and name, in the order of [`Interface`].
 const INTERFACES: [(&str, &str); 3] = [
     ("CoSimulation", "Co-Simulation"),
     ("ModelExchange", "Model Exchange"),
     ("ScheduledExecution", "Scheduled Execution"),
 ];
 
-/// Reads all but the variables and their dependencies. Identifier and capabilities are those of
-/// Co-Simulation; with `of_any` of the first interface that there is.
+/// Reads all but the variables and their dependencies. Identifier and capabilities are those of the
+/// first of the interfaces `wanted` that there is.
 pub fn read_head(
     root: &Element,
     fmi: Version,
-    of_any: bool,
+    wanted: &[Interface],
 ) -> Result<Description, DescriptionError> {
     let model = root.text("modelName");
     let guid = root.required(match fmi {
@@ -33,14 +35,22 @@ pub fn read_head(
     let mut offered = INTERFACES.to_vec();
     offered.retain(|(tag, _)| root.child(tag).is_some());
     let interfaces: Vec<_> = offered.iter().map(|(_, name)| *name).collect();
-    let mut tags = INTERFACES.iter().map(|(tag, _)| *tag);
-    let wanted = tags.by_ref().take(if of_any { 3 } else { 1 });
-    let Some(slave) = wanted.flat_map(|tag| root.child(tag)).next() else {
+    let mut found = wanted.iter().filter_map(|wanted| {
+        let (tag, _) = INTERFACES[*wanted as usize];
+        Some((*wanted, root.child(tag)?))
+    });
+    let Some((interface, slave)) = found.next() else {
         let offered = match interfaces.as_slice() {
             [] => "no interface".into(),
             names => format!("{} only", names.join(" and ")),
         };
-        return Err(DescriptionError::NoCoSimulation { model, offered });
+        let wanted = wanted.iter().map(|wanted| INTERFACES[*wanted as usize].1);
+        let wanted = Vec::from_iter(wanted).join(" or ");
+        return Err(DescriptionError::NoInterface {
+            model,
+            offered,
+            wanted,
+        });
     };
     let identifier = slave.required("modelIdentifier")?;
     let mut remarks = Vec::new();
@@ -60,6 +70,7 @@ pub fn read_head(
         tool: root.text("generationTool"),
         identifier,
         capabilities: capabilities(slave, fmi)?,
+        interface,
         log_categories: categories.map(|category| category.text("name")).collect(),
         units: units.collect::<Result<_, _>>()?,
         default_experiment: default_experiment(root)?,
@@ -112,6 +123,13 @@ fn capabilities(slave: &Element, fmi: Version) -> Result<Capabilities, XmlError>
         intermediate_update: in_3("providesIntermediateUpdate")?,
         returns_early: in_3("canReturnEarlyAfterIntermediateUpdate")?,
         element_dependencies: in_3("providesPerElementDependencies")?,
+        completes_steps: match fmi {
+            Version::Fmi2 => !slave.flag("completedIntegratorStepNotNeeded")?,
+            Version::Fmi3 => {
+                slave.get("needsCompletedIntegratorStep").is_none()
+                    || slave.flag("needsCompletedIntegratorStep")?
+            }
+        },
         internal_step: internal_step.filter(|_| fmi == Version::Fmi3),
     })
 }

@@ -41,7 +41,7 @@ mod variable;
 pub mod xml;
 
 pub use archive::{Archive, ArchiveError, library_among, unportable};
-pub use description::{Capabilities, DefaultExperiment, Description, Unknown, Version};
+pub use description::{Capabilities, DefaultExperiment, Description, Interface, Unknown, Version};
 pub use encoding::{EncodingError, text};
 pub use entries::Entries;
 pub use error::DescriptionError;

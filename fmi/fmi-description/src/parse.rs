@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::description::{Description, Version};
+use crate::description::{Description, Interface, Version};
 use crate::error::DescriptionError;
 use crate::remark::Remark;
 use crate::variable::Causality;
@@ -20,7 +20,7 @@ impl Description {
 
     /// Reads the text of a `modelDescription.xml`, with the errors of [`Self::read`].
     pub fn parse(text: &str) -> Result<Self, DescriptionError> {
-        Self::parse_interface(text, false, &HashMap::new())
+        Self::parse_as(text, &[Interface::CoSimulation], &HashMap::new())
     }
 
     /// As [`Self::parse`], of an FMU with any interface, to be described rather than run.
@@ -28,25 +28,21 @@ impl Description {
     /// # Errors
     /// It is no valid model description by FMI 2.0 or 3.0.
     pub fn parse_any(text: &str) -> Result<Self, DescriptionError> {
-        Self::parse_interface(text, true, &HashMap::new())
+        use Interface::{CoSimulation, ModelExchange, ScheduledExecution};
+        let all = [CoSimulation, ModelExchange, ScheduledExecution];
+        Self::parse_as(text, &all, &HashMap::new())
     }
 
-    /// As [`Self::parse`], with these values of structural parameters of FMI 3.0, by value
-    /// reference: their start values, on which the sizes of arrays depend. Arrays that get another
-    /// size have no start values, as the standard says.
+    /// As [`Self::parse`], for the first of the interfaces `wanted` that the FMU has, with these
+    /// values of structural parameters of FMI 3.0, by value reference: their start values, on which
+    /// the sizes of arrays depend. Arrays that get another size have no start values, as the
+    /// standard says.
     ///
     /// # Errors
     /// Arrays become too large, besides the errors of [`Self::parse`].
-    pub fn parse_with_sizes(
+    pub fn parse_as(
         text: &str,
-        sizes: &HashMap<u32, String>,
-    ) -> Result<Self, DescriptionError> {
-        Self::parse_interface(text, false, sizes)
-    }
-
-    fn parse_interface(
-        text: &str,
-        of_any: bool,
+        wanted: &[Interface],
         sizes: &HashMap<u32, String>,
     ) -> Result<Self, DescriptionError> {
         let root = Element::parse(text, "modelDescription.xml", "fmiModelDescription")?;
@@ -57,7 +53,7 @@ impl Description {
             two if two.starts_with("2.0") => Version::Fmi2,
             _ => return Err(DescriptionError::Version { model, version }),
         };
-        let mut description = file::read_head(&root, fmi, of_any)?;
+        let mut description = file::read_head(&root, fmi, wanted)?;
         if fmi == Version::Fmi2 && version != "2.0" {
             description.remarks.push(Remark::Version(version));
         }

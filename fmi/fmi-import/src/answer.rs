@@ -82,10 +82,10 @@ pub struct Ended {
 }
 
 impl Ended {
-    /// Whether the FMU asked for it after it had made a step to `end`, s. In FMI 2.0 it discards the
-    /// step, and nothing can be set after that.
+    /// Whether the FMU asked for it after it had made a step to `end`, s. In Co-Simulation of FMI 2.0
+    /// it discards the step, and nothing can be set after that.
     pub fn is_after_step(&self, end: f64) -> bool {
-        self.call.starts_with("fmi3") && self.time >= end - 1e-9 * end.abs().max(1.0)
+        self.call != "fmi2DoStep" && self.time >= end - 1e-9 * end.abs().max(1.0)
     }
 }
 

@@ -14,7 +14,7 @@ use crate::answer::{Answer, Ended};
 use crate::batch::Batch;
 use crate::encoding::{load, number, store};
 use crate::fmi_instance::{Call, FmiInstance};
-use crate::raw::{Array, Experiment, RawInstance, StepEnd};
+use crate::raw::{Array, Experiment, RawInstance, StepEnd, Update};
 use crate::saved;
 use crate::status::{DISCARD, NO_TEXT, OK, PENDING, UNFIT, WARNING};
 use crate::value::{Value, fits};
@@ -23,15 +23,33 @@ use crate::value::{Value, fits};
 pub struct Fmi2Instance {
     /// Start time that fmi2SetupExperiment was given, s; NaN before that.
     start: Cell<f64>,
+    /// Time that it was set to, and of the next event that it announced, s: Model Exchange only.
+    time: Cell<f64>,
+    announced: Cell<f64>,
     raw: Rc<RawInstance>,
 }
 
 impl Fmi2Instance {
-    pub fn new(raw: RawInstance) -> Self {
+    pub fn new(raw: Rc<RawInstance>) -> Self {
         Self {
             start: Cell::new(f64::NAN),
-            raw: Rc::new(raw),
+            time: Cell::new(f64::NAN),
+            announced: Cell::new(f64::INFINITY),
+            raw,
         }
+    }
+
+    /// Updates discrete states once, in Event Mode of Model Exchange; returns whether another update
+    /// is needed.
+    fn update_events(&self) -> Result<f64> {
+        let (call, mut update) = ("fmi2NewDiscreteStates", Update::default());
+        Answer::check(self.raw.update_discrete_states(&mut update), call)?;
+        self.announced.set(update.next);
+        if update.terminates {
+            let time = self.time.get();
+            bail!(Ended { call, time });
+        }
+        Ok(f64::from(u8::from(update.again)))
     }
 
     fn set_up(&self, experiment: Experiment) -> Result<()> {
@@ -113,6 +131,7 @@ impl FmiInstance for Fmi2Instance {
             Call::Step(t, h) => return self.step(t, h).map(|()| 0.0),
             Call::SetUp(experiment) => return self.set_up(experiment).map(|()| 0.0),
             Call::EnterInitialization(start) => {
+                self.time.set(start);
                 if self.start.get() != start {
                     self.set_up(Experiment::from_start(start))?;
                 }
@@ -124,13 +143,21 @@ impl FmiInstance for Fmi2Instance {
             }
             Call::Time => return self.time(),
             Call::NextEvent => return Ok(f64::INFINITY),
+            Call::NextTimeEvent => return Ok(self.announced.get()),
+            Call::UpdateEvents => return self.update_events(),
+            Call::SetTime(time) => {
+                self.time.set(time);
+                (raw.set_time(time), "fmi2SetTime")
+            }
+            Call::EnterEvents => (raw.enter_event_mode(), "fmi2EnterEventMode"),
+            Call::LeaveEvents => (
+                raw.enter_continuous_time_mode(),
+                "fmi2EnterContinuousTimeMode",
+            ),
             Call::Terminate => (raw.terminate(), "fmi2Terminate"),
             Call::StopEarly(_)
             | Call::EnterConfiguration
             | Call::ExitConfiguration
-            | Call::EnterEvents
-            | Call::UpdateEvents
-            | Call::LeaveEvents
             | Call::Settle
             | Call::Tick(..) => return Ok(0.0),
         };

@@ -61,6 +61,8 @@ struct Tracked {
 
 /// An instance of FMI 3.0; freed when dropped.
 pub struct Fmi3Instance {
+    /// It was instantiated for Model Exchange.
+    is_exchange: bool,
     has_events: bool,
     returns_early: bool,
     /// A step that ends early is not continued, but reported as [`Stopped`].
@@ -79,13 +81,15 @@ pub struct Fmi3Instance {
 impl Fmi3Instance {
     /// `raw` must have just been instantiated with these arguments.
     pub fn new(
-        raw: RawInstance,
+        raw: Rc<RawInstance>,
         layout: &Layout,
         plan: &Arc<ClockPlan>,
         arguments: &Arguments,
+        is_exchange: bool,
     ) -> Self {
         Self {
-            has_events: arguments.has_events,
+            is_exchange,
+            has_events: arguments.has_events || is_exchange,
             returns_early: arguments.returns_early,
             stops_early: Cell::new(false),
             experiment: Cell::new(Experiment::from_start(f64::NAN)),
@@ -101,7 +105,7 @@ impl Fmi3Instance {
             passed: RefCell::new(vec![0; layout.initial.len()]),
             rates: RefCell::new(vec![0.0; layout.initial.len()]),
             plan: plan.clone(),
-            raw: Rc::new(raw),
+            raw,
         }
     }
 
@@ -215,6 +219,11 @@ impl FmiInstance for Fmi3Instance {
             Call::LeaveEvents => self.leave_events(),
             Call::Settle => self.settle(),
             Call::NextEvent => return Ok(self.next_event()),
+            Call::NextTimeEvent => return Ok(self.tracked.announced.get()),
+            Call::SetTime(time) => {
+                self.tracked.time.set(time);
+                Answer::check(self.raw.set_time(time), "fmi3SetTime")
+            }
             Call::Tick(t, tolerance) => self.tick(t, tolerance),
             Call::Terminate => Answer::check(self.raw.terminate(), "fmi3Terminate"),
         };

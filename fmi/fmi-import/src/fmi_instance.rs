@@ -66,6 +66,10 @@ pub enum Call {
     Settle,
     /// Returns when Event Mode must be entered next, s; infinite if that is not known.
     NextEvent,
+    /// Sets the time at which an event is handled, s. Model Exchange only.
+    SetTime(f64),
+    /// Returns the time of the next event that the FMU has announced, s. Model Exchange only.
+    NextTimeEvent,
     /// To Event Mode at a time, with a tolerance, both s; clocks that are due tick.
     Tick(f64, f64),
     /// Ends the run.
@@ -81,6 +85,23 @@ pub enum BegunCall<'a> {
     Get(&'a Batch),
     /// [`FmiInstance::set`].
     Set(&'a Batch, &'a [f64]),
+}
+
+/// What the integration of an instance for Model Exchange took so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Integration {
+    /// Internal steps.
+    pub steps: u64,
+    /// Internal steps that were repeated because their error was too large.
+    pub rejected: u64,
+    /// Evaluations of the derivatives, without those by the FMU for directional derivatives.
+    pub evaluations: u64,
+    /// Jacobians.
+    pub jacobians: u64,
+    /// Events: of states, times, inputs and clocks.
+    pub events: u64,
+    /// Time from which the stiff method integrates, s.
+    pub stiff_since: Option<f64>,
 }
 
 /// An instance that a co-simulation master steps. Errors are an [`Answer`](crate::answer::Answer),
@@ -110,6 +131,10 @@ pub trait FmiInstance {
     /// Gets the rates of the Real outputs `of[0]` when the Real inputs `of[1]` change at the rates
     /// `seeds`.
     fn directional(&self, of: [&Batch; 2], seeds: &[f64], rates: &mut [f64]) -> Result<()>;
+    /// What its integration took; None for an instance that steps itself.
+    fn integration(&self) -> Result<Option<Integration>> {
+        Ok(None)
+    }
     /// Saves the state of the instance, and what is tracked of it. The state is freed when dropped.
     fn save(&self) -> Result<Box<dyn Any>>;
     /// Restores a state that this instance has saved.

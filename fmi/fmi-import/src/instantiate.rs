@@ -1,11 +1,13 @@
 //! Makes an instance for a co-simulation master (`cosim`) from the functions of a library.
 
+use std::rc::Rc;
 use std::sync::Arc;
 
 use anyhow::{Result, ensure};
 
 use crate::batch::Layout;
 use crate::clocks::ClockPlan;
+use crate::exchange::{ExchangeInstance, ExchangePlan};
 use crate::fmi_instance::{Arguments, FmiInstance};
 #[cfg(feature = "native")]
 use crate::fmi2::Fmi2Instance;
@@ -14,7 +16,8 @@ use crate::functions::{Functions, VersionFunctions};
 use crate::log::Log;
 use crate::raw::{CallbackSet, InstanceKind, RawInstance, Request};
 
-/// Makes an instance for co-simulation; None if the FMU returns NULL.
+/// Makes an instance, for Model Exchange if there is a plan to integrate it, else for
+/// Co-Simulation; None if the FMU returns NULL.
 ///
 /// # Errors
 /// The library does not export the functions that make and free instances.
@@ -22,9 +25,14 @@ pub fn instantiate(
     functions: &Arc<Functions>,
     layout: &Layout,
     plan: &Arc<ClockPlan>,
+    exchange: Option<&Arc<ExchangePlan>>,
     arguments: &Arguments,
 ) -> Result<Option<Box<dyn FmiInstance>>> {
-    let needed = ["fmi2Instantiate", "fmi2FreeInstance"].map(|name| functions.name(name));
+    let made_by = match exchange {
+        Some(_) if functions.is_fmi3() => "fmi3InstantiateModelExchange",
+        _ => functions.name("fmi2Instantiate"),
+    };
+    let needed = [made_by, functions.name("fmi2FreeInstance")];
     ensure!(
         needed.iter().all(|name| functions.exports(name)),
         "its library does not export {} and {}",
@@ -32,7 +40,10 @@ pub fn instantiate(
         needed[1]
     );
     let request = Request {
-        kind: InstanceKind::CoSimulation,
+        kind: match exchange {
+            Some(_) => InstanceKind::ModelExchange,
+            None => InstanceKind::CoSimulation,
+        },
         name: Some(&arguments.name),
         token: Some(&arguments.token),
         resources: Some(&arguments.resources),
@@ -45,13 +56,20 @@ pub fn instantiate(
     let Ok(raw) = RawInstance::new(functions, &request, log) else {
         return Ok(None);
     };
-    Ok(match &functions.version {
+    let raw = Rc::new(raw);
+    let instance: Box<dyn FmiInstance> = match &functions.version {
         #[cfg(feature = "native")]
-        VersionFunctions::Fmi2(_) => Some(Box::new(Fmi2Instance::new(raw))),
+        VersionFunctions::Fmi2(_) => Box::new(Fmi2Instance::new(raw.clone())),
         #[cfg(not(feature = "native"))]
-        VersionFunctions::Fmi2(_) => None,
+        VersionFunctions::Fmi2(_) => return Ok(None),
         VersionFunctions::Fmi3(_) => {
-            Some(Box::new(Fmi3Instance::new(raw, layout, plan, arguments)))
+            let is_exchange = exchange.is_some();
+            let raw = raw.clone();
+            Box::new(Fmi3Instance::new(raw, layout, plan, arguments, is_exchange))
         }
-    })
+    };
+    Ok(Some(match exchange {
+        Some(exchange) => Box::new(ExchangeInstance::new(raw, instance, exchange)),
+        None => instance,
+    }))
 }

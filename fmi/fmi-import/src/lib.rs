@@ -35,6 +35,8 @@ mod calls;
 mod clocks;
 pub mod digits;
 mod encoding;
+#[cfg(feature = "master")]
+mod exchange;
 #[cfg(feature = "native")]
 mod exported;
 #[cfg(all(feature = "master", feature = "native"))]
@@ -78,6 +80,8 @@ mod values;
 
 #[cfg(feature = "master")]
 pub use clocks::{ClockPlan, is_triggered};
+#[cfg(feature = "master")]
+pub use exchange::{ExchangePlan, component_capabilities};
 #[cfg(feature = "native")]
 pub use exported::{UnsupportedType, exported_files};
 pub use fmu::Fmu;

@@ -5,7 +5,7 @@ use super::system::System;
 
 impl Step {
     /// Writes the states at `theta` in place of the errors; returns them.
-    fn interpolate(&mut self, theta: f64) -> &[f64] {
+    pub(crate) fn interpolate(&mut self, theta: f64) -> &[f64] {
         let ([a, b, c], start, end) = (&self.dense, &self.x, &self.end);
         for (i, x) in self.error.iter_mut().enumerate() {
             let inner = a[i] + theta * (b[i] + theta * c[i]);
@@ -34,8 +34,8 @@ impl Indicators {
         self.0[0].iter().zip(&self.0[1]).any(changes)
     }
 
-    /// The first θ in the step at which the sign of an indicator has changed, to within
-    /// `resolution`; the step then has the states there. It lies just after the change, so that
+    /// The first θ up to `within`, where the indicators are those of the end, at which the sign of
+    /// one has changed, to within `resolution`; the step then has the states there. It lies just after the change, so that
     /// integration from there does not find the same event again.
     ///
     /// Regula falsi with the Illinois modification, for the indicator that is predicted to cross
@@ -44,12 +44,12 @@ impl Indicators {
         &mut self,
         system: &mut S,
         step: &mut Step,
-        resolution: f64,
+        [within, resolution]: [f64; 2],
     ) -> Result<f64, S::Error> {
         let [start, end, at_low, at_high, middle] = &mut self.0;
         at_low.copy_from_slice(start);
         at_high.copy_from_slice(end);
-        let (mut low, mut high, mut was_low, mut count) = (0.0, 1.0, None, 0);
+        let (mut low, mut high, mut was_low, mut count) = (0.0, within, None, 0);
         while high - low > resolution {
             count += 1;
             let least = 0.5 * resolution / (high - low);

@@ -29,11 +29,30 @@ const D: [f64; 7] = [
 ];
 
 /// Rates of the seven stages; the last one is at the end of the step.
-pub(crate) struct DormandPrince([Vec<f64>; 7]);
+pub(crate) struct DormandPrince(pub(crate) [Vec<f64>; 7]);
 
 impl DormandPrince {
     pub(crate) fn new(n: usize) -> Self {
         Self(vectors(n))
+    }
+
+    /// Estimate of the fastest rate of decay times the length `dt`, s, of the last step: from the
+    /// last two stages, which are at the same time (Hairer, Wanner, *Solving Ordinary Differential
+    /// Equations II*, section IV.2). The method is stable up to about 3.3.
+    pub(crate) fn stiffness(&self, dt: f64) -> f64 {
+        let [before, at_end] = [&self.0[5], &self.0[6]];
+        let (mut rates, mut states) = (0.0, 0.0);
+        for (i, (a, b)) in before.iter().zip(at_end).enumerate() {
+            let rate = b - a;
+            let rows = A[5].iter().enumerate();
+            let terms = rows.map(|(j, a)| (a - A[4].get(j).unwrap_or(&0.0)) * self.0[j][i]);
+            let state = dt * terms.sum::<f64>();
+            (rates, states) = (rates + rate * rate, states + state * state);
+        }
+        match states > 0.0 {
+            true => dt * (rates / states).sqrt(),
+            false => 0.0,
+        }
     }
 }
 

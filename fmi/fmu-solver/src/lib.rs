@@ -1,4 +1,5 @@
-//! Solves ordinary differential equations with events over a communication step, for `fmu-export`.
+//! Solves ordinary differential equations with events: [`Solver`] over one communication step, for
+//! `fmu-export`; [`Integrator`] over any number of them, for an importer that integrates models.
 //!
 //! - [`Method::Fixed`]: the classical Runge–Kutta method of order 4 in equal internal steps.
 //! - [`Method::Adaptive`]: the method of Dormand and Prince of order 5, which chooses its steps by
@@ -18,11 +19,13 @@ mod algorithm;
 mod band_matrix;
 mod dense_output;
 mod dormand_prince;
+mod integrator;
 mod rosenbrock;
 mod runge_kutta;
 mod sparsity_pattern;
 mod system;
 
+pub use integrator::{Integrator, Stop};
 pub use sparsity_pattern::SparsityPattern;
 pub use system::System;
 
@@ -248,7 +251,7 @@ impl Workspace {
                 method.dense_output(system, step)?;
                 // As finely as rounded times can be distinguished.
                 let finest = 4.0 * f64::EPSILON * (t.abs() + s + dt) / dt;
-                let at = indicators.locate(system, step, finest)?;
+                let at = indicators.locate(system, step, [1.0, finest])?;
                 std::mem::swap(&mut step.x, &mut step.error);
                 return Ok(Some(s + at * dt));
             }

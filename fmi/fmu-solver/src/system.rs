@@ -29,6 +29,11 @@ pub trait System {
         Ok(false)
     }
 
+    /// Whether a shorter step may help after this error; otherwise the solver returns it.
+    fn may_retry(&self, _error: &Self::Error) -> bool {
+        true
+    }
+
     /// The event indicators `z` at `s` and `x`, if there are any. An event occurs where one of them
     /// changes from positive to not positive or back.
     ///

@@ -57,7 +57,7 @@ impl Engine {
             let mut bytes = package.into_bytes();
             let read = |_: &str| Ok(std::mem::take(&mut bytes));
             let files = vec![(String::new(), FMU_NAME.to_string())];
-            Source::Fmu(System::from_files(files, &[], read)?)
+            Source::Fmu(System::from_files(files, &[], &[], read)?)
         } else {
             ensure!(
                 package.names().any(|name| name.ends_with(".ssd")),
@@ -134,7 +134,7 @@ impl Engine {
             None => {
                 let else_in = Vec::new();
                 let place = FmuPlace::Structure { else_in };
-                let system = System::from_package(package, structure, &place, &[], &[], fmus)?;
+                let system = System::from_package(package, structure, &place, &[], &[], &[], fmus)?;
                 systems.entry(key).or_insert(system).clone()
             }
         };

@@ -5,6 +5,7 @@ mod outputs;
 mod places;
 mod step_args;
 
+use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -29,7 +30,8 @@ use crate::run::verdict::Verdict;
 pub use crate::schedule::STEP;
 use crate::schedule::{Between, parse_rate};
 
-use crate::structure::system::{System, split_file};
+use crate::structure::package::{Package, read};
+use crate::structure::system::{System, named_file, split_file};
 use crate::wiring::Port;
 use fmi_import::digits::short;
 use fmi_import::output;
@@ -69,6 +71,11 @@ pub struct SystemArgs {
     /// all; repeatable
     #[arg(long, value_name = "COMPONENT")]
     pub feedthrough: Vec<String>,
+    /// Interface of a component's FMU that has both: cs for Co-Simulation, me for Model Exchange, whose
+    /// states are integrated here with the tolerance of the run; a pattern with `*` names several,
+    /// and of a single FMU the name may be left out; repeatable [default: cs, if the FMU has it]
+    #[arg(long = "interface", value_name = "[COMPONENT=]INTERFACE")]
+    pub interfaces: Vec<String>,
     /// Step of a component, or of all that match a pattern with `*`, such as `emla_*=0.25ms`: the
     /// communication step divided by or multiplied with a whole number; repeatable
     #[arg(long = "rate", value_name = "COMPONENT=TIME")]
@@ -113,7 +120,10 @@ impl SystemArgs {
             }
         };
         let maps = self.maps.iter().map(mapping).collect::<Result<Vec<_>>>()?;
-        let system = System::load(&path, variant, &place, &replaced, &maps)?;
+        let package = &mut Package::open(&path)?;
+        let (chosen, loaded) = (&self.interfaces, &mut BTreeMap::new());
+        let system =
+            System::from_package(package, variant, &place, &replaced, &maps, chosen, loaded)?;
         if let Some(wanted) = self.fmi {
             for (c, fmu) in system.structure.components.iter().zip(&system.fmus) {
                 let (name, version) = (&c.name, fmu.description.fmi.to_string());
@@ -156,7 +166,10 @@ impl SystemArgs {
                 "{option} is for a system, a packed .ssp or a .ssd: {why}"
             );
         }
-        self.changed(System::from_fmus(files, connections)?, start_values)
+        let files = files.iter().map(|file| named_file(file)).collect();
+        let load = |file: &str| read(Path::new(file));
+        let system = System::from_files(files, connections, &self.interfaces, load)?;
+        self.changed(system, start_values)
     }
 
     /// The system with parameter sets, sizes of arrays and ways of stepping, wherever its FMUs come

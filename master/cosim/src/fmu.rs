@@ -5,11 +5,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, Result, bail};
-use fmi_description::{Archive, Causality, Description};
+use fmi_description::{Archive, Causality, Description, Interface};
 use fmi_import::batch::{Batch, Layout};
 use fmi_import::fmi_instance::{Arguments, FmiInstance};
 use fmi_import::value::Value;
-use fmi_import::{ClockPlan, Functions, instantiate, is_triggered, messages, output};
+use fmi_import::{
+    ClockPlan, ExchangePlan, Functions, component_capabilities, instantiate, is_triggered,
+    messages, output,
+};
 
 use crate::io::digest::sha256;
 
@@ -25,6 +28,8 @@ pub struct Fmu {
     pub(crate) loaded: Arc<fmi_import::Fmu>,
     layout: Layout,
     pub(crate) plan: Arc<ClockPlan>,
+    /// How its instances are integrated, for Model Exchange.
+    exchange: Option<Arc<ExchangePlan>>,
     instances: Arc<AtomicUsize>,
     /// The model description, if it has structural parameters.
     text: Option<Arc<str>>,
@@ -39,21 +44,31 @@ pub struct Fmu {
 }
 
 impl Fmu {
-    /// Loads an FMU from its bytes; `file` is its name for messages.
+    /// Loads an FMU from its bytes; `file` is its name for messages. If it has Co-Simulation, that is
+    /// used, else Model Exchange.
     pub fn load(file: &str, bytes: Vec<u8>) -> Result<Arc<Self>> {
-        Self::open(file, bytes).with_context(|| format!("FMU `{file}` cannot be loaded"))
+        Self::load_as(file, bytes, None)
     }
 
-    fn open(file: &str, bytes: Vec<u8>) -> Result<Arc<Self>> {
+    /// The same for this interface, if one is given.
+    pub fn load_as(file: &str, bytes: Vec<u8>, wanted: Option<Interface>) -> Result<Arc<Self>> {
+        // The host of a page passes on the functions of Co-Simulation alone.
+        let usable = if cfg!(feature = "native") { 2 } else { 1 };
+        let usable = &[Interface::CoSimulation, Interface::ModelExchange][..usable];
+        let wanted = wanted.as_ref().map_or(usable, std::slice::from_ref);
+        Self::open(file, bytes, wanted).with_context(|| format!("FMU `{file}` cannot be loaded"))
+    }
+
+    fn open(file: &str, bytes: Vec<u8>, wanted: &[Interface]) -> Result<Arc<Self>> {
         let sha256 = sha256(&bytes);
         let mut archive = Archive::open(bytes)?;
-        let description = archive.description()?;
+        let description = archive.description_as(wanted)?;
         let (loaded, remark) = fmi_import::Fmu::from_archive(file, &mut archive, description)?;
         let while_loading = messages::reasons(&format!("FMU `{file}`"));
         let remarks = loaded.description.remarks.iter().cloned().chain(remark);
         let remarks = remarks.map(|remark| remark.to_string());
         let mut remarks: Vec<String> = remarks.chain(while_loading).collect();
-        let description = loaded.description.clone().by_element();
+        let description = as_component(loaded.description.clone());
         if description.capabilities.needs_execution_tool {
             remarks.push("it says that it needs its tool (needsExecutionTool)".into());
         }
@@ -78,6 +93,7 @@ impl Fmu {
             resized: Vec::new(),
             plan: Arc::new(ClockPlan::new(&description, &layout)),
             layout,
+            exchange: exchange_plan(&description),
             description,
             instances: Arc::default(),
             sha256,
@@ -111,8 +127,8 @@ impl Fmu {
             ))
         };
         let sizes: Result<HashMap<u32, String>> = values.iter().map(value).collect();
-        let arrays = Description::parse_with_sizes(text, &sizes?)?;
-        let description = arrays.by_element();
+        let arrays = Description::parse_as(text, &[self.description.interface], &sizes?)?;
+        let description = as_component(arrays.clone());
         let layout = Layout::new(&description);
         let index =
             |(name, value): (&String, &Value)| Some((description.index(name)?, value.clone()));
@@ -131,6 +147,7 @@ impl Fmu {
             configuration: values.iter().filter_map(index).collect(),
             resized,
             layout,
+            exchange: exchange_plan(&description),
             description,
             ..self.clone()
         }))
@@ -165,7 +182,8 @@ impl Fmu {
     ) -> Result<Option<Box<dyn FmiInstance>>> {
         let who = format!("{} (FMU `{}`)", arguments.name.to_string_lossy(), self.file);
         output::named(&who, || {
-            instantiate(functions, &self.layout, &self.plan, arguments)
+            let exchange = self.exchange.as_ref();
+            instantiate(functions, &self.layout, &self.plan, exchange, arguments)
         })
     }
 
@@ -187,4 +205,19 @@ impl Fmu {
     pub(crate) fn unregister(&self) {
         self.instances.fetch_sub(1, Ordering::SeqCst);
     }
+}
+
+/// A description by element, with the capabilities that an instance has for the master.
+fn as_component(description: Description) -> Description {
+    let mut by_element = description.by_element();
+    if by_element.interface == Interface::ModelExchange {
+        by_element.capabilities = component_capabilities(by_element.capabilities);
+    }
+    by_element
+}
+
+/// How an FMU for Model Exchange is integrated.
+fn exchange_plan(description: &Description) -> Option<Arc<ExchangePlan>> {
+    let is_exchange = description.interface == Interface::ModelExchange;
+    is_exchange.then(|| Arc::new(ExchangePlan::new(description)))
 }

@@ -18,7 +18,7 @@ use fmi_description::{Causality, Description};
 use fmi_import::answer::Answer;
 pub use fmi_import::answer::{At, Ended, Stopped};
 use fmi_import::batch::Batch;
-use fmi_import::fmi_instance::{Arguments, FmiInstance};
+use fmi_import::fmi_instance::{Arguments, FmiInstance, Integration};
 pub(crate) use fmi_import::fmi_instance::{BegunCall, Call};
 pub use fmi_import::log::receive;
 pub use fmi_import::messages;
@@ -353,6 +353,12 @@ impl Instance {
     pub fn next_event(&self) -> f64 {
         // If its thread has ended, the next call says so.
         (self.fmi.call(Call::NextEvent)).unwrap_or(f64::INFINITY)
+    }
+
+    /// What its integration took; None if it steps itself.
+    pub(crate) fn integration(&self) -> Option<Integration> {
+        // If its thread has ended, the run has told it.
+        self.fmi.integration().ok().flatten()
     }
 
     /// Saves its state.

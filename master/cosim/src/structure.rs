@@ -6,6 +6,7 @@ pub(crate) mod arrays;
 mod bond;
 mod flat;
 mod flatten;
+mod interfaces;
 pub mod package;
 pub(crate) mod renaming;
 pub mod system;

@@ -123,12 +123,23 @@ pub struct Component {
     pub source: String,
     /// Kind of the file.
     pub kind: Kind,
+    /// Interface of the FMU that is to be used; None for any.
+    pub implementation: Option<Implementation>,
     /// Declared variables.
     pub connectors: Vec<Connector>,
     /// Parameter values, in the order in which they are applied.
     pub bindings: Vec<Binding>,
     /// Annotations of tools.
     pub annotations: Vec<Annotation>,
+}
+
+/// An interface of an FMU.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Implementation {
+    /// Co-Simulation.
+    CoSimulation,
+    /// Model Exchange.
+    ModelExchange,
 }
 
 /// One end of a connection: a connector of an element, or of the system itself.
@@ -259,17 +270,21 @@ fn read_component(node: &xml::Element, units: &Units) -> Result<Component, XmlEr
             )));
         }
     };
-    if let Some(implementation) = node.get("implementation")
-        && !["any", "CoSimulation"].contains(&implementation)
-    {
-        return Err(node.error(format!(
-            "component `{name}` asks for the implementation `{implementation}`; only CoSimulation is supported"
-        )));
-    }
+    let implementation = match node.get("implementation") {
+        None | Some("any") => None,
+        Some("CoSimulation") => Some(Implementation::CoSimulation),
+        Some("ModelExchange") => Some(Implementation::ModelExchange),
+        Some(other) => {
+            return Err(node.error(format!(
+                "component `{name}` asks for the implementation `{other}`; CoSimulation and ModelExchange are supported"
+            )));
+        }
+    };
     Ok(Component {
         name,
         source,
         kind,
+        implementation,
         connectors: read_connectors(node, units)?,
         bindings: Binding::read_all(node)?,
         annotations: Annotation::read_all(node)?,

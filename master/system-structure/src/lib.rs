@@ -24,8 +24,8 @@ mod transformation;
 
 pub use connector::{Connector, DataType, Direction};
 pub use description::{
-    Annotation, Component, Connection, DefaultExperiment, Element, End, Kind, System,
-    SystemStructure,
+    Annotation, Component, Connection, DefaultExperiment, Element, End, Implementation, Kind,
+    System, SystemStructure,
 };
 pub use dictionary::{DictionaryReference, SignalDictionary};
 pub use mapping::{MappingEntry, ParameterMapping};

@@ -176,7 +176,7 @@ fn what_must_not_be_said_is_refused_by_name() {
     assert!(said("</ModelVariables>", "").contains("cannot be read"));
     assert_eq!(
         said("CoSimulation", "ModelExchange"),
-        "model `M` offers Model Exchange only, no co-simulation"
+        "model `M` offers Model Exchange only, no Co-Simulation"
     );
 }
 

@@ -215,7 +215,7 @@ fn what_makes_no_sense_is_refused() {
         (
             "<CoSimulation",
             "<ModelExchange",
-            "model `M` offers Model Exchange only, no co-simulation",
+            "model `M` offers Model Exchange only, no Co-Simulation",
         ),
     ] {
         let error = Description::parse(&TEXT.replace(was, is)).unwrap_err();

@@ -123,14 +123,14 @@ fn other_interfaces_are_named() {
     let model = "model `Träger` offers";
     assert_eq!(
         offers("", ""),
-        format!("{model} Model Exchange only, no co-simulation")
+        format!("{model} Model Exchange only, no Co-Simulation")
     );
     let nothing = offers("<ModelExchange", "<Nothing");
-    assert_eq!(nothing, format!("{model} no interface, no co-simulation"));
+    assert_eq!(nothing, format!("{model} no interface, no Co-Simulation"));
     let scheduled = offers("<ModelExchange", "<ScheduledExecution");
     assert_eq!(
         scheduled,
-        format!("{model} Scheduled Execution only, no co-simulation")
+        format!("{model} Scheduled Execution only, no Co-Simulation")
     );
 }
 

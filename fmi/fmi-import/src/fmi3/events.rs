@@ -103,7 +103,13 @@ impl Fmi3Instance {
             return Ok(());
         }
         self.tracked.mode.set(Mode::Step);
-        Answer::check(self.raw.enter_step_mode(), "fmi3EnterStepMode")
+        match self.is_exchange {
+            true => {
+                let status = self.raw.enter_continuous_time_mode();
+                Answer::check(status, "fmi3EnterContinuousTimeMode")
+            }
+            false => Answer::check(self.raw.enter_step_mode(), "fmi3EnterStepMode"),
+        }
     }
 
     /// Updates discrete states until no further update is needed, then leaves Event Mode.
@@ -116,11 +122,15 @@ impl Fmi3Instance {
         bail!("discrete states still change after {MAX_PASSES} passes of Event Mode")
     }
 
-    /// Time of the next tick or announced event, s.
+    /// Time of the next tick or announced event, s. Who integrates handles announced events itself.
     pub(super) fn next_event(&self) -> f64 {
         let clocks = self.tracked.clocks.borrow();
         let ticks = clocks.iter().map(|clock| clock.next);
-        ticks.fold(self.tracked.announced.get(), f64::min)
+        let announced = match self.is_exchange {
+            true => f64::INFINITY,
+            false => self.tracked.announced.get(),
+        };
+        ticks.fold(announced, f64::min)
     }
 
     /// Enters Event Mode at `t`, s, and activates the clocks that tick then.

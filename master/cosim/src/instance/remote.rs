@@ -10,7 +10,7 @@ use std::sync::Arc;
 use anyhow::{Context, Result};
 
 use fmi_import::batch::Batch;
-use fmi_import::fmi_instance::{Arguments, BegunCall, Call, FmiInstance};
+use fmi_import::fmi_instance::{Arguments, BegunCall, Call, FmiInstance, Integration};
 use fmi_import::value::Value;
 
 use super::workers::{Channel, Pass, Task, Worker};
@@ -174,6 +174,10 @@ impl FmiInstance for RemoteInstance {
         });
         rates.copy_from_slice(&found?);
         Ok(())
+    }
+
+    fn integration(&self) -> Result<Option<Integration>> {
+        (self.0).rare(|hosted, _| hosted.instance()?.integration())
     }
 
     fn save(&self) -> Result<Box<dyn Any>> {

@@ -10,7 +10,7 @@ use std::env::consts;
 use std::fmt::Debug;
 use std::path::Path;
 
-use fmi_description::{Kind, Variable};
+use fmi_description::{Interface, Kind, Variable};
 use serde::{Deserialize, Serialize};
 use system_structure::Connector;
 
@@ -131,6 +131,7 @@ impl RunKey {
             step: _,      // in the experiment's stepping
             feedthrough,
             rates,
+            interfaces: _, // in the FMUs
             solves_loops,
             alarms: _, // they judge the numbers, and change none
             remarks: _,
@@ -186,6 +187,9 @@ impl RunKey {
             let digest = format!("sha256 {}", short(&fmu.sha256));
             self.add(format!("the FMU of `{name}`"), digest);
             let description = &fmu.description;
+            if description.interface == Interface::ModelExchange {
+                self.add(format!("the interface of `{name}`"), "Model Exchange");
+            }
             // Their values have the types and units of the variables.
             let bound = component.parameters.iter();
             let bound = bound.filter_map(|p| Some((description.index(&p.name)?, &p.value)));

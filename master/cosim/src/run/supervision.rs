@@ -14,6 +14,7 @@ use crate::run::divergence::Watch;
 use crate::run::verdict::Verdict;
 use crate::structure::system::System;
 use fmi_import::digits::short;
+use fmi_import::fmi_instance::Integration;
 use fmi_import::messages::{self, Message};
 
 /// Share of the energy through all bonds that the coupling may create or lose.
@@ -78,6 +79,11 @@ impl Supervision {
     /// Terminates all instances and returns the verdict.
     pub fn end(&self, system: &System, master: Master) -> Result<Verdict> {
         let mut verdict = self.verdict(system, &master);
+        for instance in master.instances() {
+            if let Some(integration) = instance.integration() {
+                verdict.note(describe(&instance.name, &integration));
+            }
+        }
         master.terminate()?;
         // Threads have delivered their messages one after the other.
         let mut messages = messages::take();
@@ -120,6 +126,25 @@ fn judge(residuals: &[Residual], verdict: &mut Verdict) {
             ));
         }
     }
+}
+
+/// What the integration of a component of Model Exchange took.
+fn describe(name: &str, integration: &Integration) -> String {
+    let Integration {
+        steps,
+        rejected,
+        evaluations,
+        jacobians,
+        events,
+        stiff_since,
+    } = integration;
+    let stiff = stiff_since.map_or(String::new(), |since| {
+        let since = short(since);
+        format!(", {jacobians} Jacobians: stiff from t = {since} s on")
+    });
+    format!(
+        "{name} is integrated (Model Exchange): {steps} steps, {rejected} rejected, {evaluations} right-hand sides, {events} events{stiff}"
+    )
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 
 use std::collections::HashMap;
 
-use fmi_description::Unit;
+use fmi_description::{Interface, Unit};
 use system_structure::{Connector, DataType, Direction, MappingEntry, Transformation};
 
 use super::alarm::Alarm;
@@ -149,6 +149,8 @@ pub struct Structure {
     pub feedthrough: Vec<String>,
     /// Components with communication steps of their own, s; the last entry of a component counts.
     pub rates: Vec<(String, f64)>,
+    /// Components that use this interface of their FMU; of two entries the last counts.
+    pub interfaces: Vec<(String, Interface)>,
     /// Outputs that mean that the result is not good.
     pub alarms: Vec<Alarm>,
     /// Algebraic loops are solved instead of refused.

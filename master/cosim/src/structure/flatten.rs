@@ -4,9 +4,10 @@
 use std::collections::HashMap;
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
+use fmi_description::Interface;
 use system_structure::{
-    Annotation, Connection as Wire, Connector, DataType, Direction, Element, End, Kind,
-    SignalDictionary, Sourced, System, SystemStructure, Transformation,
+    Annotation, Connection as Wire, Connector, DataType, Direction, Element, End, Implementation,
+    Kind, SignalDictionary, Sourced, System, SystemStructure, Transformation,
 };
 
 use super::alarm::Alarm;
@@ -204,6 +205,13 @@ impl Flattening<'_> {
                         })?;
                         self.structure.rates.push((path.to_string(), step));
                     }
+                }
+                if let Some(implementation) = component.implementation {
+                    let interface = match implementation {
+                        Implementation::CoSimulation => Interface::CoSimulation,
+                        Implementation::ModelExchange => Interface::ModelExchange,
+                    };
+                    (self.structure.interfaces).push((path.to_string(), interface));
                 }
                 self.structure.components.push(Component {
                     name: path.to_string(),

@@ -68,17 +68,18 @@ impl System {
         mappings: &[(String, PathBuf)],
     ) -> Result<Self> {
         let (package, loaded) = (&mut Package::open(path)?, &mut BTreeMap::new());
-        Self::from_package(package, variant, place, replaced, mappings, loaded)
+        Self::from_package(package, variant, place, replaced, mappings, &[], loaded)
     }
 
-    /// As [`System::load`], from an open package. `loaded` caches its FMUs, by their names in the
-    /// structures.
+    /// As [`System::load`], from an open package. `interfaces` chooses those of FMUs, `a=me`.
+    /// `loaded` caches its FMUs, by their names in the structures.
     pub fn from_package(
         package: &mut Package,
         variant: Option<&str>,
         place: &FmuPlace,
         replaced: &[(String, PathBuf)],
         mappings: &[(String, PathBuf)],
+        interfaces: &[String],
         loaded: &mut BTreeMap<String, Arc<Fmu>>,
     ) -> Result<Self> {
         let path = package.path().to_path_buf();
@@ -90,13 +91,19 @@ impl System {
         if let Some((unknown, _)) = replaced.iter().find(is_unknown) {
             bail!("an FMU is given for the component `{unknown}`, which the system does not have");
         }
+        structure.choose_interfaces(interfaces)?;
         let given: HashMap<&String, &PathBuf> =
             replaced.iter().map(|(c, file)| (c, file)).collect();
         let mut fmus = Vec::new();
         for c in &structure.components {
             let own = given.get(&c.name);
             let source = own.map_or(c.source.clone(), |file| file.display().to_string());
-            let fmu = match loaded.get(&source) {
+            let wanted = structure.interface(&c.name);
+            let key = match wanted {
+                Some(interface) => format!("{source} ({interface:?})"),
+                None => source.clone(),
+            };
+            let fmu = match loaded.get(&key) {
                 Some(fmu) => fmu.clone(),
                 None => {
                     let bytes = match own {
@@ -104,12 +111,12 @@ impl System {
                         None => place.read(&source, package),
                     };
                     let context = || format!("FMU of component `{}`", c.name);
-                    let fmu = Fmu::load(&source, bytes.with_context(context)?)?;
+                    let fmu = Fmu::load_as(&source, bytes.with_context(context)?, wanted)?;
                     if let (None, FmuPlace::Structure { .. }) = (own, place) {
                         let counted = package.count(&source, fmu.unpacked_size);
                         counted.with_context(context)?;
                     }
-                    loaded.insert(source, fmu.clone());
+                    loaded.insert(key, fmu.clone());
                     fmu
                 }
             };
@@ -164,26 +171,42 @@ impl System {
     /// `NAME=FILE`; `connections` are written `a.y=b.u`.
     pub fn from_fmus(files: &[PathBuf], connections: &[String]) -> Result<Self> {
         let files = files.iter().map(|file| named_file(file)).collect();
-        Self::from_files(files, connections, |file| read(Path::new(file)))
+        Self::from_files(files, connections, &[], |file| read(Path::new(file)))
     }
 
-    /// As [`System::from_fmus`], from names and files; `read` reads each file once. A component
+    /// As [`System::from_fmus`], from names and files; `interfaces` chooses those of FMUs, `a=me`, and
+    /// `read` reads each file once for each interface. A component
     /// without a name has the identifier of its FMU, which mostly is the name of its file.
     pub fn from_files(
         files: Vec<(String, String)>,
         connections: &[String],
+        interfaces: &[String],
         mut read: impl FnMut(&str) -> Result<Vec<u8>>,
     ) -> Result<Self> {
         let mut structure = Structure::default();
         let mut fmus: Vec<Arc<Fmu>> = Vec::new();
         let path = files.first().map(|(_, file)| PathBuf::from(file));
+        let named = files.iter().map(|(name, source)| Component {
+            name: name.clone(),
+            source: source.clone(),
+            connectors: Vec::new(),
+            parameters: Vec::new(),
+        });
+        structure.components = named.collect();
+        structure.choose_interfaces(interfaces)?;
+        structure.components.clear();
         for (name, source) in files {
             if structure.component(&name).is_some() {
                 bail!("two FMUs are named `{name}`; give them names: a={source} b={source}");
             }
-            let fmu = match fmus.iter().find(|fmu| fmu.file == source) {
+            let wanted = structure.interface(&name);
+            let fits = |fmu: &&Arc<Fmu>| {
+                let is_wanted = wanted.is_none_or(|wanted| wanted == fmu.description.interface);
+                fmu.file == source && is_wanted
+            };
+            let fmu = match fmus.iter().find(fits) {
                 Some(fmu) => fmu.clone(),
-                None => Fmu::load(&source, read(&source)?)?,
+                None => Fmu::load_as(&source, read(&source)?, wanted)?,
             };
             let name = match name.is_empty() {
                 true => fmu.description.identifier.clone(),
@@ -352,7 +375,7 @@ pub(crate) fn split_file(text: &str) -> Option<(&str, &str)> {
 }
 
 /// Name and file of `NAME=FILE`, or of a file, which names a component by itself.
-fn named_file(path: &Path) -> (String, String) {
+pub(crate) fn named_file(path: &Path) -> (String, String) {
     let text = path.display().to_string();
     match split_file(&text).filter(|(name, _)| !name.is_empty() && !path.is_file()) {
         Some((name, file)) => (name.to_string(), file.to_string()),

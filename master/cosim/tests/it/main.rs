@@ -7,6 +7,8 @@ mod chosen_steps;
 mod error_messages;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod events;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod exchange;
 mod faults;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod finite;

@@ -572,9 +572,11 @@ fn info_lists_every_fmu() {
         (&list[2]["fmi"], &list[2]["variables"][0]["name"]),
         (&"1.0".into(), &"h".into())
     );
-    let (code, _, error) = cosim(&["run", &exchange]);
+    let nothing = write("no.fmu", &two(""), &[]);
+    let (code, _, error) = cosim(&["run", &nothing]);
     assert_eq!(code, 1);
-    assert_contains(&error, &["offers Model Exchange only, no co-simulation"]);
+    let expected = "offers no interface, no Co-Simulation or Model Exchange";
+    assert_contains(&error, &[expected]);
     let (_, _, error) = cosim(&["run", &sources]);
     assert_contains(&error, &["it has C sources only"]);
 }

@@ -112,6 +112,7 @@ impl MachineArgs {
             (run.between != Between::default(), "--between"),
             (run.threads.is_some(), "--threads"),
             (!system.rates.is_empty(), "--rate"),
+            (!system.interfaces.is_empty(), "--interface"),
             (!system.feedthrough.is_empty(), "--feedthrough"),
             (system.solve_loops, "--solve-loops"),
         ];
