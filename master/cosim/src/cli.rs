@@ -44,7 +44,7 @@ pub use step_args::StepArgs;
 /// Which system is run.
 #[derive(Args, Clone)]
 pub struct SystemArgs {
-    /// System: a packed .ssp, or a .ssd
+    /// System: a packed .ssp, a .ssd, or an OspSystemStructure.xml or a folder that holds one
     #[arg(long, value_name = "FILE")]
     pub system: Option<PathBuf>,
     /// Take the FMUs from this directory, by file name [default: where the system says; of a .ssd
@@ -343,7 +343,7 @@ pub struct InputArgs {
     /// so are then taken; repeatable
     #[arg(long = "input-column", value_name = "INPUT=COLUMN", requires = "input")]
     pub columns: Vec<String>,
-    /// Events that alter variables: a scenario of libcosim, as JSON
+    /// Events that alter variables: a scenario of libcosim, as JSON or YAML
     #[arg(long, value_name = "FILE")]
     pub scenario: Option<PathBuf>,
     /// Fault of a connection, named by its input, or of all connections of an output:

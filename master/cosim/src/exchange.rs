@@ -104,21 +104,28 @@ impl Exchange {
         let outputs = kept.map(|link| link.from).filter(is_first);
         let first = reads(wiring, outputs, &mut slots);
         let count = levels.iter().max().map_or(1, |last| last + 1);
-        let mut by_level: Vec<Vec<&Link>> = vec![Vec::new(); count];
+        // A sum is set once the last of its terms is read.
+        let mut sums: HashMap<Port, usize> = HashMap::new();
+        for (link, level) in wiring.links.iter().zip(&levels) {
+            let last = sums.entry(link.to).or_default();
+            *last = (*last).max(*level);
+        }
+        let mut by_level: Vec<[Vec<&Link>; 2]> = vec![Default::default(); count];
         for (link, level) in wiring.links.iter().zip(&levels) {
             if is_kept(link) {
-                by_level[*level].push(link);
+                by_level[*level][0].push(link);
+                by_level[sums[&link.to]][1].push(link);
             }
         }
         let in_loop = loops.iter().flatten().enumerate();
         let in_loop: HashMap<Port, usize> = in_loop.map(|(place, port)| (*port, place)).collect();
-        for links in by_level {
+        for [links, set] in by_level {
             let outputs = links.iter().map(|link| link.from);
             let outputs = outputs.filter(|port| !is_first(port));
             let reads = reads(wiring, outputs.clone(), &mut slots);
             let mut stage_writes = Vec::new();
             for exact in [false, true] {
-                let links = links.iter();
+                let links = set.iter();
                 let own = links.filter(|l| is_non_numeric(wiring.access(l.from)) == exact);
                 let inputs = own.map(|l| (l.to, slots[&l.from], l.transformation.clone()));
                 let mut planned = writes(wiring, inputs);

@@ -23,7 +23,7 @@ use cosim::schedule::Stepping;
 use cosim::stepping::StepControl;
 use cosim::structure::package::{Package, read};
 use cosim::structure::system::System;
-use cosim::structure::{self, Structure};
+use cosim::structure::{Structure, osp};
 use cosim::wiring::probing::probe;
 use fmi_description::{Archive, Causality};
 
@@ -46,11 +46,13 @@ enum Command {
     /// List the variables of FMUs and systems, what the FMUs can do and the platforms that they
     /// have libraries for
     Info(InfoArgs),
+    /// Write a system of the Open Simulation Platform as a packed system of SSP, with its FMUs
+    Convert(ConvertArgs),
 }
 
 #[derive(Args)]
 struct InfoArgs {
-    /// FMUs, and systems: a packed .ssp or a .ssd
+    /// FMUs, and systems: a packed .ssp, a .ssd, an OspSystemStructure.xml or its folder
     #[arg(required = true, value_name = "FILE")]
     files: Vec<PathBuf>,
     /// Take the FMUs of systems from this directory, by file name
@@ -62,6 +64,19 @@ struct InfoArgs {
     /// Print a list with an object for each file
     #[arg(long)]
     json: bool,
+}
+
+#[derive(Args)]
+struct ConvertArgs {
+    /// OspSystemStructure.xml, or a folder that holds one
+    #[arg(value_name = "FILE")]
+    system: PathBuf,
+    /// Packed system to write
+    #[arg(long, value_name = "FILE.ssp")]
+    output: PathBuf,
+    /// Take the FMUs from this directory, by file name
+    #[arg(long, value_name = "DIR")]
+    fmu_dir: Option<PathBuf>,
 }
 
 #[derive(Args)]
@@ -123,7 +138,7 @@ fn main() -> ExitCode {
     let check = match &command {
         Command::Run(args) => args.run.check,
         Command::Bench(args) => args.run.check,
-        Command::Wiring(_) | Command::Info(_) => false,
+        Command::Wiring(_) | Command::Info(_) | Command::Convert(_) => false,
     };
     let prepared = (installed.map_err(Into::into)).and_then(|()| claim_outputs());
     let result = prepared.and_then(|()| match command {
@@ -131,6 +146,7 @@ fn main() -> ExitCode {
         Command::Bench(args) => bench(&args),
         Command::Wiring(args) => wiring(&args),
         Command::Info(args) => info(&args),
+        Command::Convert(args) => convert(&args),
     });
     exit(result, check)
 }
@@ -142,7 +158,11 @@ fn load(args: &SystemArgs, start_values: &[String]) -> Result<System> {
 }
 
 fn is_system(file: &Path) -> bool {
-    file.extension().is_some_and(|e| e == "ssp" || e == "ssd")
+    let kinds = ["ssp", "ssd", "xml"];
+    file.is_dir()
+        || file
+            .extension()
+            .is_some_and(|e| kinds.iter().any(|kind| e == *kind))
 }
 
 /// The system of a run: one that is named, or FMUs by themselves.
@@ -288,11 +308,8 @@ fn info(args: &InfoArgs) -> Result<Verdict> {
 /// Reads a structure and the descriptions of its FMUs, each once; loads no library.
 fn read_system(path: &Path, args: &InfoArgs) -> Result<(Structure, Vec<DescribedFmu>)> {
     let mut package = Package::open(path)?;
-    let variant = args.variant.as_deref();
-    let text = package.structure(variant)?;
-    let name = package.structure_name(variant);
-    let structure = structure::read(&text, &name, &mut |source| package.text(source))?;
     let place = place(args.fmu_dir.as_deref())?;
+    let structure = osp::read(&mut package, args.variant.as_deref(), &place, &[])?;
     let (mut fmus, mut seen) = (Vec::new(), BTreeSet::new());
     for component in &structure.components {
         if !seen.insert(&component.source) {
@@ -305,6 +322,20 @@ fn read_system(path: &Path, args: &InfoArgs) -> Result<(Structure, Vec<Described
         fmus.push(fmu.with_context(context)?);
     }
     Ok((structure, fmus))
+}
+
+fn convert(args: &ConvertArgs) -> Result<Verdict> {
+    let place = place(args.fmu_dir.as_deref())?;
+    let mut package = Package::open(&args.system)?;
+    let mut verdict = Verdict::default();
+    for remark in osp::convert(&mut package, &place, &args.output)? {
+        verdict.note(remark);
+    }
+    print(format_args!(
+        "packed system written to {}\n{verdict}",
+        args.output.display()
+    ))?;
+    Ok(verdict)
 }
 
 fn wiring(args: &WiringArgs) -> Result<Verdict> {

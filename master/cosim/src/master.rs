@@ -112,7 +112,10 @@ impl Master {
         let mut exchange = Exchange::new(&wiring, order, |_| true)?;
         let derivatives = match stepping.schedule {
             Schedule::JacobiDerivatives => {
-                let passes = |link: &Link| passes_derivative(&wiring, link);
+                let passes = |link: &Link| {
+                    let mut terms = wiring.terms(link.to);
+                    terms.all(|term| passes_derivative(&wiring, term))
+                };
                 Some(Exchange::new(&wiring, Order::Stages, passes)?)
             }
             _ => None,

@@ -7,6 +7,7 @@ mod bond;
 mod flat;
 mod flatten;
 mod interfaces;
+pub mod osp;
 pub mod package;
 pub(crate) mod renaming;
 pub mod system;

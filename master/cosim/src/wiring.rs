@@ -75,6 +75,8 @@ pub struct Wiring<'a> {
     /// Oddities that do no harm, for the user.
     pub remarks: Vec<String>,
     driver: HashMap<Port, usize>,
+    /// Further connections of inputs that are sums, in file order.
+    further: HashMap<Port, Vec<usize>>,
     /// Connected inputs of each component, in the order of its variables.
     driven: Vec<Vec<Port>>,
     /// Layout of each component, which those of one FMU share; made when it is needed.
@@ -100,6 +102,7 @@ impl<'a> Wiring<'a> {
             links: Vec::new(),
             remarks: Vec::new(),
             driver: HashMap::new(),
+            further: HashMap::new(),
             driven: vec![Vec::new(); descriptions.len()],
             structure,
         };
@@ -119,7 +122,10 @@ impl<'a> Wiring<'a> {
                 true => link?,
                 false => link.with_context(|| c.place.clone())?,
             };
-            wiring.driver.insert(link.to, wiring.links.len());
+            let place = wiring.links.len();
+            if *wiring.driver.entry(link.to).or_insert(place) != place {
+                wiring.further.entry(link.to).or_default().push(place);
+            }
             wiring.driven[link.to.component].push(link.to);
             wiring.links.push(link);
         }
@@ -194,6 +200,11 @@ impl<'a> Wiring<'a> {
             })
         });
         let bond = bond.transpose()?;
+        ensure!(
+            !c.is_term || start.kind == Kind::Real,
+            "connection {c}: a sum is of Reals, not of {}",
+            start.kind.name()
+        );
         Ok(Link {
             from,
             to,
@@ -281,6 +292,13 @@ impl<'a> Wiring<'a> {
     /// Index in [`Wiring::links`] of the connection that drives an input.
     pub fn driver(&self, input: Port) -> Option<usize> {
         self.driver.get(&input).copied()
+    }
+
+    /// The connections of an input: more than one if it is their sum.
+    pub(crate) fn terms(&self, input: Port) -> impl Iterator<Item = &Link> {
+        let further = self.further.get(&input).into_iter().flatten();
+        let all = self.driver.get(&input).into_iter().chain(further);
+        all.map(|link| &self.links[*link])
     }
 
     /// The output that drives an input.

@@ -19,6 +19,7 @@ mod connector;
 mod description;
 mod dictionary;
 mod mapping;
+pub mod osp;
 mod parameters;
 mod transformation;
 

@@ -67,8 +67,12 @@ fn influences(wiring: &Wiring, ports: &[Port], unknown: Port) -> Option<Vec<Infl
     }
     let mut inputs: BTreeMap<usize, Vec<(usize, f64)>> = BTreeMap::new();
     for link in links {
-        let input = (link.to.variable, link.transformation.apply_rate(1.0));
-        inputs.entry(link.to.component).or_default().push(input);
+        let (variable, seed) = (link.to.variable, link.transformation.apply_rate(1.0));
+        let inputs = inputs.entry(link.to.component).or_default();
+        match inputs.iter_mut().find(|(own, _)| *own == variable) {
+            Some((_, sum)) => *sum += seed,
+            None => inputs.push((variable, seed)),
+        }
     }
     let mut found = Vec::new();
     for (component, inputs) in inputs {

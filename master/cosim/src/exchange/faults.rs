@@ -138,6 +138,7 @@ impl Faults {
                     let [from, to] = [wire.from, wire.to].map(|end| wiring.name(end));
                     format!("the wire {from} -> {to}")
                 }
+                (Some(_), Some(_)) if is_input => format!("the input {name}"),
                 (Some(_), Some(_)) => format!("all wires from {name}"),
                 (None, _) if is_input && (fault.is_event || fed.contains(&port)) => {
                     format!("the input {name}")

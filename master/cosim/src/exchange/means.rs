@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use fmi_description::Access;
 
 use crate::exchange::bond::BondSlots;
@@ -42,6 +42,11 @@ impl Means {
                     wiring.name(b.flow)
                 );
             };
+            ensure!(
+                wiring.terms(b.flow).count() == 1,
+                "power bond of {bond}: its flow {} is a sum; it must have one connection",
+                wiring.name(b.flow)
+            );
             let mut ports = [link.from, b.step_mean, flow].into_iter();
             if let Some(port) = ports.find(|port| wiring.access(*port) != Access::Real) {
                 bail!("power bond of {bond}: {} must be Real", wiring.name(port));

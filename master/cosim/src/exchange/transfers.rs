@@ -1,7 +1,7 @@
 //! Batched reads and writes: variables of one component, type and clocks that one call of the FMU
 //! gets or sets, with the slots of their values. Exchanges, signals and input tables use them.
 
-use std::collections::{BTreeMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::ops::Range;
 
 use anyhow::Result;
@@ -74,12 +74,25 @@ pub struct Write {
     transformed: Vec<(usize, Transformation)>,
     /// Altered values, by place and channel: alterations at the outputs, and at the inputs.
     altered: [Vec<(usize, usize)>; 2],
+    /// What is added to values that are sums.
+    terms: Vec<Term>,
     /// The values are passed exactly, not as f64.
     pub(super) is_exact: bool,
     /// The values are those that a [`Read`] has found to be finite.
     is_checked: bool,
     buffer: Vec<f64>,
     exact_buffer: Vec<Value>,
+}
+
+/// A further value of an input that is a sum.
+#[derive(Debug)]
+struct Term {
+    /// Place of the sum in the batch.
+    place: usize,
+    slot: usize,
+    transformation: Transformation,
+    /// Channel of the alteration at the output.
+    altered: Option<usize>,
 }
 
 impl Write {
@@ -91,6 +104,10 @@ impl Write {
             for (port, altered) in ends.iter().zip(&mut self.altered) {
                 let channel = port.and_then(|port| faults.channel(port));
                 altered.extend(channel.map(|channel| (place, channel)));
+            }
+            let own = self.terms.iter_mut().filter(|term| term.place == place);
+            for (term, link) in own.zip(wiring.terms(input).skip(1)) {
+                term.altered = faults.channel(link.from);
             }
         }
         self.is_checked &= self.altered.iter().all(Vec::is_empty);
@@ -104,7 +121,8 @@ impl Write {
     /// Promises that all values come from a [`Read`]: those that nothing changes on their way need
     /// no further check.
     pub fn trust_sources(&mut self) {
-        self.is_checked = self.transformed.is_empty() && self.batch.access == Access::Real;
+        let is_passed_on = self.transformed.is_empty() && self.terms.is_empty();
+        self.is_checked = is_passed_on && self.batch.access == Access::Real;
     }
 
     /// Set the inputs to the values in their slots.
@@ -170,6 +188,13 @@ impl Write {
         for (k, transformation) in &self.transformed {
             buffer[*k] = transformation.apply(buffer[*k]);
         }
+        for term in &self.terms {
+            let mut value = [values[term.slot]];
+            if let Some(channel) = term.altered {
+                alter(&[(0, channel)], &mut value);
+            }
+            buffer[term.place] += term.transformation.apply(value[0]);
+        }
         alter(&self.altered[1], buffer);
     }
 
@@ -204,6 +229,13 @@ impl Write {
         let buffer = &mut self.buffer;
         for (k, transformation) in &self.transformed {
             buffer[*k] = transformation.apply_rate(buffer[*k]);
+        }
+        for term in &self.terms {
+            let rate = match (faults, term.altered) {
+                (Some(faults), Some(channel)) => faults.alter_rate(channel, rates[term.slot]),
+                _ => rates[term.slot],
+            };
+            buffer[term.place] += term.transformation.apply_rate(rate);
         }
         if let Some(faults) = faults {
             for (k, channel) in self.altered.iter().flatten() {
@@ -250,7 +282,7 @@ pub fn reads(
 }
 
 /// One write per component, type and clocks, of inputs with the slots and transformations of their
-/// values.
+/// values. What has an input several times becomes their sum.
 pub fn writes(
     wiring: &Wiring,
     inputs: impl Iterator<Item = (Port, usize, Transformation)>,
@@ -261,7 +293,20 @@ pub fn writes(
         together.entry(key).or_default().push(input);
     }
     let mut writes = Vec::new();
-    for ((instance, ..), inputs) in together {
+    for ((instance, ..), all) in together {
+        let (mut places, mut inputs, mut terms) = (HashMap::new(), Vec::new(), Vec::new());
+        for (port, slot, transformation) in all {
+            let place = *places.entry(port).or_insert(inputs.len());
+            match place == inputs.len() {
+                true => inputs.push((port, slot, transformation)),
+                false => terms.push(Term {
+                    place,
+                    slot,
+                    transformation,
+                    altered: None,
+                }),
+            }
+        }
         let transformed = inputs.iter().map(|(.., t)| t.clone()).enumerate();
         let transformed = transformed.filter(|(_, t)| *t != Transformation::NONE);
         writes.push(Write {
@@ -270,6 +315,7 @@ pub fn writes(
             slots: inputs.iter().map(|(_, slot, _)| *slot).collect(),
             transformed: transformed.collect(),
             altered: Default::default(),
+            terms,
             is_exact: false,
             is_checked: false,
             buffer: vec![0.0; inputs.len()],

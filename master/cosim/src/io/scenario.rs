@@ -40,15 +40,12 @@ pub fn add(
     let is_yaml = file
         .extension()
         .is_some_and(|e| ["yml", "yaml"].iter().any(|y| e.eq_ignore_ascii_case(y)));
-    ensure!(
-        !is_yaml,
-        "{}: scenarios are read as JSON, not as YAML; the keys are the same",
-        context()
-    );
     let bytes = read(file).context("scenario")?;
-    let scenario: Value = serde_json::from_slice(&bytes)
-        .context("it is no JSON")
-        .with_context(context)?;
+    let scenario = match is_yaml {
+        true => yaml(&bytes),
+        false => serde_json::from_slice(&bytes).context("it is no JSON"),
+    };
+    let scenario = scenario.with_context(context)?;
     let (events, end) = read_events(&scenario, system).with_context(context)?;
     let last = events.iter().map(|e| e.time).fold(0.0, f64::max);
     // As in libcosim the scenario ends at `end`, but not before the step after the last event.
@@ -85,6 +82,16 @@ pub fn add(
         events.len(),
         short(over)
     ))
+}
+
+#[cfg(feature = "yaml")]
+fn yaml(bytes: &[u8]) -> Result<Value> {
+    serde_saphyr::from_slice(bytes).context("it is no YAML")
+}
+
+#[cfg(not(feature = "yaml"))]
+fn yaml(_: &[u8]) -> Result<Value> {
+    bail!("this program reads scenarios as JSON, not as YAML; the keys are the same")
 }
 
 /// The events, and the end of the scenario, s.

@@ -117,7 +117,10 @@ impl Rates {
                 ..ComponentRate::default()
             };
             if between != Between::Held && (every == 1 || between == Between::End) {
-                let links = driving[k].iter().copied().filter(|link| is_taken(link));
+                let links = driving[k]
+                    .iter()
+                    .copied()
+                    .filter(|link| wiring.terms(link.to).all(is_taken));
                 rate.plan(wiring, exchange, links, needs_order);
             }
             components.push(rate);

@@ -92,6 +92,8 @@ pub struct Connection {
     pub is_initial: bool,
     /// Power bond whose effort the connection carries.
     pub bond: Option<PowerBond>,
+    /// The input is the sum of all its connections, which say so all.
+    pub is_term: bool,
     /// File and line, for messages; empty for a connection made by the program.
     pub place: String,
 }

@@ -23,6 +23,9 @@ const FEEDTHROUGH: &str = "io.github.hdrm-fmu.feedthrough";
 /// Type of the annotation that gives a component a step of its own: `<Rate step="0.25e-3"/>`, s.
 const RATE: &str = "io.github.hdrm-fmu.rate";
 
+/// Type of the annotation of a connection whose input is the sum of all its connections: `<Sum/>`.
+const SUM: &str = "io.github.hdrm-fmu.sum";
+
 /// Deepest nesting of files; stops a file that names itself.
 const MAX_DEPTH: usize = 16;
 
@@ -349,12 +352,15 @@ impl Flattening<'_> {
             );
         }
         let bond = PowerBond::read(&wire.annotations)?;
+        let is_term = wire.annotations.iter().any(|a| a.kind == SUM);
         if is_turned {
             ends.reverse();
         }
         let [(first, start), (last, end)] = ends;
         let [start, end] = [start, end].map(|end| self.key(path, end));
-        if let Some(other) = self.driven.get(&end) {
+        if let Some(other) = self.driven.get(&end)
+            && !(is_term && self.parts[*other].is_term)
+        {
             let other = &self.parts[*other];
             let [input, first, second] =
                 [&end, &other.start, &start].map(|(a, b)| format!("{a}.{b}"));
@@ -364,6 +370,11 @@ impl Flattening<'_> {
             use Direction::{CalculatedParameter, Parameter};
             matches!(connector.direction, Parameter | CalculatedParameter)
         };
+        let is_initial = is_parameter(first) || is_parameter(last);
+        ensure!(
+            !is_term || self.structure.component(&end.0).is_some() && !is_initial && bond.is_none(),
+            "{name}: a sum is for inputs of components, without parameters and power bonds"
+        );
         Ok(Connection {
             start,
             end,
@@ -373,8 +384,9 @@ impl Flattening<'_> {
                 unit: last.unit.clone(),
             }],
             unit: first.unit.clone(),
-            is_initial: is_parameter(first) || is_parameter(last),
+            is_initial,
             bond,
+            is_term,
             place: place.to_string(),
         })
     }

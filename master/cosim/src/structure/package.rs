@@ -12,6 +12,9 @@ use percent_encoding::percent_decode_str;
 /// Name of the default structure in a packed system.
 pub(super) const DEFAULT: &str = "SystemStructure.ssd";
 
+/// Name of a system of the Open Simulation Platform.
+const OSP: &str = "OspSystemStructure.xml";
+
 /// An open packed system, or the folder of a structure. A packed system takes nothing from outside
 /// of itself, nor does one inside it.
 pub struct Package {
@@ -132,8 +135,22 @@ fn outside(name: &str) -> String {
 }
 
 impl Package {
-    /// Open a `.ssp`, or the folder of a `.ssd`.
+    /// Open a `.ssp`, or the folder of a `.ssd` or of a system of the Open Simulation Platform,
+    /// which may itself be named.
     pub fn open(path: &Path) -> Result<Self> {
+        let whole;
+        let path = match path.is_dir() {
+            true => {
+                whole = path.join(OSP);
+                ensure!(
+                    whole.is_file(),
+                    "`{}` is a folder without {OSP}; a system is a packed .ssp, a .ssd or an {OSP}",
+                    path.display()
+                );
+                &whole
+            }
+            false => path,
+        };
         if path.extension().is_some_and(|e| e == "ssp") {
             let bytes = read(path).context("system")?;
             return Self::from_bytes(&path.display().to_string(), bytes);
@@ -172,6 +189,12 @@ impl Package {
     /// Names of the files of a packed system.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         self.archive.iter().flat_map(|layer| layer.archive.names())
+    }
+
+    /// Whether it is a system of the Open Simulation Platform.
+    pub(super) fn is_osp(&self) -> bool {
+        let kind = self.path.extension();
+        self.archive.is_none() && kind.is_some_and(|kind| kind.eq_ignore_ascii_case("xml"))
     }
 
     /// Text of the system structure; of a packed system the structure named `variant`, else the

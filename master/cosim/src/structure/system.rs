@@ -83,9 +83,7 @@ impl System {
         loaded: &mut BTreeMap<String, Arc<Fmu>>,
     ) -> Result<Self> {
         let path = package.path().to_path_buf();
-        let text = package.structure(variant)?;
-        let name = package.structure_name(variant);
-        let structure = structure::read(&text, &name, &mut |source| package.text(source));
+        let structure = structure::osp::read(package, variant, place, replaced);
         let mut structure = structure.with_context(|| format!("`{}`", path.display()))?;
         let is_unknown = |(name, _): &&(String, _)| structure.component(name).is_none();
         if let Some((unknown, _)) = replaced.iter().find(is_unknown) {

@@ -3,7 +3,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use anyhow::{Result, bail};
+use anyhow::{Result, bail, ensure};
 use system_structure::System;
 
 use super::flat::{Connection, Hop, OuterOutput, Parameter, Structure};
@@ -31,22 +31,18 @@ impl<'a> Network<'a> {
         self.components.contains(&key.0)
     }
 
-    /// The chain of connections that leads to a connector, from its source on.
-    fn way(&self, to: &Key) -> Result<Vec<&'a Connection>> {
-        let (mut way, mut key) = (Vec::new(), to);
-        while let Some(last) = self.drivers.get(key) {
+    /// The chain of connections that ends with this one, from its source on.
+    fn way(&self, to: &'a Connection) -> Result<Vec<&'a Connection>> {
+        let (mut way, mut last) = (vec![to], to);
+        while !self.is_component(&last.start)
+            && let Some(before) = self.drivers.get(&last.start)
+        {
             if way.len() > self.drivers.len() {
-                bail!(
-                    "the connections through {}.{} lead round in a circle",
-                    to.0,
-                    to.1
-                );
+                let (owner, name) = &to.end;
+                bail!("the connections through {owner}.{name} lead round in a circle");
             }
-            way.push(*last);
-            key = &last.start;
-            if self.is_component(key) {
-                break;
-            }
+            way.push(*before);
+            last = before;
         }
         way.reverse();
         Ok(way)
@@ -73,7 +69,7 @@ pub(super) fn resolve(
     let mut fed: HashMap<String, Vec<(&Key, Vec<Hop>)>> = HashMap::new();
     let mut inputs: HashMap<String, usize> = HashMap::new();
     for part in parts.iter().filter(|part| network.is_component(&part.end)) {
-        let way = network.way(&part.end)?;
+        let way = network.way(part)?;
         for (k, inner) in way.iter().enumerate() {
             if !network.is_component(&inner.start) {
                 let (owner, connector) = &inner.start;
@@ -92,13 +88,23 @@ pub(super) fn resolve(
                 ..part.clone()
             });
         } else if first.start.0.is_empty() {
+            ensure!(
+                !part.is_term,
+                "{}: a sum is of outputs of components, not of inputs of the system",
+                part.place
+            );
             let (name, end) = (first.start.1.clone(), (part.end.clone(), hops(&way)));
             structure.feed(&mut inputs, name, first.unit.clone(), end);
         }
     }
     for connector in &outermost.connectors {
-        let way = network.way(&(String::new(), connector.name.clone()))?;
-        if let Some(first) = way.first()
+        let Some(last) = network
+            .drivers
+            .get(&(String::new(), connector.name.clone()))
+        else {
+            continue;
+        };
+        if let Some(first) = network.way(last)?.first()
             && network.is_component(&first.start)
         {
             structure.outputs.push(OuterOutput {

@@ -181,7 +181,7 @@ impl Wiring<'_> {
         let own = own.map(move |variable| Port::new(output.component, *variable));
         let inputs = all.iter().copied().chain(own);
         let inputs = inputs.filter(|input| self.variable(*input).is_input());
-        inputs.filter_map(|input| Some((input, self.source(input)?)))
+        inputs.flat_map(|input| self.terms(input).map(move |link| (input, link.from)))
     }
 
     /// Level of the output of each connection: 0 if it depends on no connected input, else one more

@@ -20,6 +20,8 @@ mod loops;
 mod loops_of_arrays;
 mod oscillator;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod osp;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod outputs;
 mod packages;
 mod printed;
