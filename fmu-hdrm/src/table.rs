@@ -92,7 +92,7 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("rad/s").display_unit("deg/s").depends_on(&[]).initially_depends_on(START),
     row!(V, outputs zeta_ddot, "joint accelerations")
         .unit("rad/s2").display_unit("deg/s2")
-        .depends_on(FORCES).initially_depends_on(joined!(FORCES, LOADED_START)),
+        .depends_on(FORCES).initially_depends_on(joined!(FORCES, &["wrist.brake"], LOADED_START)),
     row!(V, outputs f_hold, "actuator forces that hold the present pose against gravity")
         .unit("N").display_unit("kN").depends_on(HOLDING).initially_depends_on(BASE_START),
     row!(V, outputs tau_hold, "wrist torques that hold the present pose against gravity")
@@ -176,7 +176,11 @@ pub(crate) const DERIVATIVES: &[V] = &[
     V::derivatives_of("zeta_dot").unit("rad/s2").depends_on(FORCES),
     V::derivative_of("energy.contact_loss").unit("W").depends_on(MOTION),
     V::derivatives_of("wrist.torque").own_unit(&TORQUE_RATE).depends_on(&["tau_wrist[i]", "wrist.torque[i]"]),
-    V::derivatives_of("wrist.angle").unit("rad/s").depends_on(&["wrist.rate[i]"]),
+    V::derivatives_of("wrist.angle").unit("rad/s").each_depends_on(&[
+        &["zeta[4]", "zeta_dot[4]", "wrist.angle[1]", "wrist.rate[1]"],
+        &["zeta[5]", "zeta_dot[5]", "wrist.angle[2]", "wrist.rate[2]"],
+        &["zeta[6]", "zeta_dot[6]", "wrist.angle[3]", "wrist.rate[3]"],
+    ]),
     V::derivatives_of("wrist.rate").unit("rad/s2").each_depends_on(&[
         &["tau_wrist[1]", "zeta[4]", "zeta_dot[4]", "wrist.torque[1]", "wrist.angle[1]", "wrist.rate[1]"],
         &["tau_wrist[2]", "zeta[5]", "zeta_dot[5]", "wrist.torque[2]", "wrist.angle[2]", "wrist.rate[2]"],

@@ -475,6 +475,59 @@ mod tests {
         );
     }
 
+    /// A trip is braked at once, also during a stop along the ramp; a reset works by its rising edge,
+    /// once the trip is over and the supply is there, and opens the brakes after their closing time.
+    #[test]
+    fn a_trip_brakes_and_a_reset_makes_ready_again() {
+        let tripped = Observed {
+            alarm: Some(Cause::Tripped),
+            ..QUIET
+        };
+        let reset = Observed {
+            reset: true,
+            ..QUIET
+        };
+        let mut watch = Supervisor::new(true);
+        let mut k = 0;
+        let mut steps = |watch: &mut Supervisor, observed: Observed, n: u32| {
+            for _ in 0..n {
+                watch.advance(&observed, &RATINGS, H * f64::from(k), H);
+                k += 1;
+            }
+            (watch.stage(), watch.cause())
+        };
+        assert_eq!(
+            steps(&mut watch, tripped, 1),
+            (Stage::Braking, Cause::Tripped)
+        );
+        assert_eq!(
+            steps(&mut watch, tripped, 60),
+            (Stage::Stopped, Cause::Tripped)
+        );
+        let early = Observed {
+            reset: true,
+            ..tripped
+        };
+        assert_eq!(steps(&mut watch, early, 60).0, Stage::Stopped);
+        // Held since, it is no edge.
+        assert_eq!(steps(&mut watch, reset, 60).0, Stage::Stopped);
+        steps(&mut watch, QUIET, 1);
+        let dead = Observed {
+            is_supplied: false,
+            ..reset
+        };
+        assert_eq!(steps(&mut watch, dead, 5).0, Stage::Stopped);
+        steps(&mut watch, QUIET, 1);
+        assert_eq!(steps(&mut watch, reset, 1), (Stage::Braking, Cause::None));
+        assert_eq!(steps(&mut watch, reset, 40).0, Stage::Braking);
+        assert_eq!(steps(&mut watch, reset, 20), (Stage::Watching, Cause::None));
+        let mut stopping = Supervisor {
+            stage: Stage::Stopping,
+            ..watch
+        };
+        assert_eq!(steps(&mut stopping, tripped, 1).0, Stage::Braking);
+    }
+
     #[test]
     fn gains_are_those_asked_for_until_they_are_lowered() {
         let settings = Settings::from_gains(&Machine::reference().controller);

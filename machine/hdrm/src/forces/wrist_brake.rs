@@ -88,7 +88,8 @@ impl Anchor {
     pub(crate) fn torque(&self, now: &WristState, [zeta, w]: [f64; 2]) -> f64 {
         let s = zeta - now.angle;
         let bending = w * (1.0 - self.yielding(s, w));
-        -(self.stiffness * s + self.damping * bending)
+        let most = self.torque / self.stiffness;
+        -(self.stiffness * s.clamp(-most, most) + self.damping * bending)
     }
 
     /// Time derivative of that torque with the joint's acceleration `a`, rad/s², N·m/s, while the

@@ -6,7 +6,7 @@ use crate::plant::input::Input;
 use crate::plant::state::State;
 
 /// Rounding of sums of steps, s.
-const SLACK: f64 = 1e-9;
+pub(crate) const SLACK: f64 = 1e-9;
 
 impl Hdrm {
     /// Whether no brake of the wrist is commanded or acts.

@@ -1,6 +1,7 @@
 //! Integration of the manipulator over one communication step of the FMU `Hdrm`: RK4 with substeps
 //! that are shorter near contacts, with stiff friction and in fast motion.
 
+use crate::plant::brakes::SLACK;
 use crate::plant::input::Input;
 use crate::plant::state::State;
 use crate::plant::{Dynamics, Hdrm};
@@ -96,7 +97,11 @@ impl Hdrm {
         while done < h {
             let awaited = self.awaited_brakes(&now, u).into_iter().flatten();
             let wait = awaited.fold(f64::INFINITY, f64::min);
-            let end = if done + wait < h { done + wait } else { h };
+            let end = if done + wait < h - SLACK {
+                done + wait
+            } else {
+                h
+            };
             let start = self.dynamics_with(&now, &input(done));
             let next = self.span(&start, input, [done, end], t)?;
             now = self.after_braking(next, u, [end - done; 3]);
