@@ -16,7 +16,7 @@ use cosim::cli::{claim_outputs, exit};
 use cosim::run::interrupt;
 
 use super::{
-    compare, draws, endurance, energy, evaluate, machine, margins, path, pictures, python,
+    compare, draws, endurance, energy, evaluate, faults, machine, margins, path, pictures, python,
     run as run_command, sizing, stability, table, testbed, tournament,
 };
 
@@ -59,6 +59,8 @@ pub enum Command {
     Margins(margins::MarginsArgs),
     /// Many machines drawn at random under one law: kept, stopped, lost, and the rods' forces
     Draws(draws::DrawsArgs),
+    /// Single faults of sensors, wires and drives: kept, stopped in time, or lost
+    Faults(faults::FaultsArgs),
     /// Tip error, tracking, orientation and verdict of a run that another importer wrote as CSV
     Evaluate(evaluate::EvaluateArgs),
     /// Draw the signals of a CSV file over time, as PNG and SVG
