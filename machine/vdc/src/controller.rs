@@ -124,7 +124,7 @@ impl Controller {
         now.fill_outputs(input);
         let t = state.motion_time(settings.gains.settle_time);
         now.output.motion_end = self.motion_end(settings);
-        now.set_gates_and_brakes(state.supervisor.stage());
+        now.set_gates_and_brakes(&state.supervisor, input);
         now.output.load = self.reference.load(t).unwrap_or_default();
         proof::fill(&mut now, nominal, state, settings, input);
         match now.output.not_finite() {

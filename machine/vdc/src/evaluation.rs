@@ -7,7 +7,7 @@ use crate::law::BodyMotion;
 use crate::measured::Plan;
 use crate::reference::DesiredMotion;
 use crate::signals::{Input, Output};
-use crate::supervisor::Stage;
+use crate::supervisor::{Stage, Supervisor};
 use crate::tracking::Errors;
 use hdrm::{Body, DOF, Stroke};
 use nalgebra::Vector3;
@@ -102,11 +102,16 @@ impl Evaluation {
         self.commands.iter().any(drive) || wrist.any(|(tau, max)| tau.abs() >= *max)
     }
 
-    /// Sets the outputs for gates and brakes according to the supervisor's stage.
-    pub(crate) fn set_gates_and_brakes(&mut self, stage: Stage) {
-        self.output.supervisor_state = stage as i32 + 1;
-        self.output.enable = [stage != Stage::Stopped; 3];
-        self.output.brake = [stage >= Stage::Braking; 3];
+    /// Sets the outputs of the supervisor, and those for gates and brakes that follow from its
+    /// stage; without supply the rods are off and braked, too.
+    pub(crate) fn set_gates_and_brakes(&mut self, supervisor: &Supervisor, input: &Input) {
+        let (stage, output) = (supervisor.stage(), &mut self.output);
+        output.supervisor_state = stage as i32 + 1;
+        output.supervisor_cause = supervisor.cause() as i32 + 1;
+        let (on, braked) = (stage != Stage::Stopped, stage >= Stage::Braking);
+        output.enable = [on && !input.supply_missing; 3];
+        output.brake = [braked || input.supply_missing; 3];
+        (output.wrist_enable, output.wrist_brake) = ([on; 3], [braked; 3]);
     }
 
     /// Errors of force, N, and velocity, m/s, of each rod for the measured forces `F`, N.

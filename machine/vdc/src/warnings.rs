@@ -6,7 +6,7 @@ use crate::evaluation::Evaluation;
 use crate::nominal::Nominal;
 use crate::reference::{Motion, Rates};
 use crate::settings::{Level, Settings};
-use crate::supervisor::{Stage, Supervisor};
+use crate::supervisor::{Cause, Stage, Supervisor};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -103,14 +103,16 @@ pub enum Warning {
     },
     /// The supervisor acts.
     #[error(
-        "t = {t} s: supervisor: {} (oscillation power: up to {power:.1} W at actuator {actuator})",
-        .stage.does()
+        "t = {t} s: supervisor: {}: {} (oscillation power: up to {power:.1} W at actuator {actuator})",
+        .stage.does(), .cause.says()
     )]
     Supervisor {
         /// Time, s.
         t: f64,
         /// The new stage.
         stage: Stage,
+        /// Why it acts.
+        cause: Cause,
         /// Actuator, counted from 1.
         actuator: usize,
         /// Oscillation power: root mean square of force error times that of velocity error, W.
@@ -142,9 +144,19 @@ impl Stage {
             Self::Lowered => "it lowers the gains",
             Self::Stopping => "it brings the joints to rest",
             Self::Braking => "it applies the brakes",
-            Self::Stopped => {
-                "the gates are off, the brakes hold the rods, and the wrist is held where it was"
-            }
+            Self::Stopped => "the gates are off, and the brakes hold rods and wrist",
+        }
+    }
+}
+
+impl Cause {
+    /// The cause in words, for the warning.
+    fn says(self) -> &'static str {
+        match self {
+            Self::None => "a reset; the gates come on, and the brakes are released next",
+            Self::Swinging => "a rod swings",
+            Self::Overload => "the force of a rod stays at its limit and above its rating",
+            Self::Tripped => "a drive has tripped",
         }
     }
 }
@@ -192,6 +204,7 @@ pub(crate) fn first_warning(
         first = Some(Warning::Supervisor {
             t,
             stage,
+            cause: supervisor.cause(),
             actuator: rod + 1,
             power,
         });

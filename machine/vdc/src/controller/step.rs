@@ -2,17 +2,17 @@
 //! sample to sample, or with delayed commands.
 
 use super::Controller;
-use crate::drive::{Reading, VoltageLaw};
+use crate::drive::{DriveState, Reading, VoltageLaw};
 use crate::error::{ControllerError, STEP_MAX};
 use crate::evaluation::Evaluation;
 use crate::law::WEIGHING_JOINT;
 use crate::measured::{DELAY_MAX, SAMPLES_MAX, SLACK, Timing, predict};
 use crate::nominal::Nominal;
-use crate::reference::Reference;
+use crate::reference::{Motion, Reference, Target};
 use crate::settings::{Level, Settings};
 use crate::signals::Input;
 use crate::state::State;
-use crate::supervisor::Stage;
+use crate::supervisor::{Cause, Observed, Stage};
 use crate::tracking::at_joints;
 
 impl Controller {
@@ -200,21 +200,41 @@ fn supervise(
     h: f64,
 ) {
     let (supervisor, ratings) = (&mut state.supervisor, &nominal.ratings);
-    let errors = now.rod_errors(&input.F);
-    let is_overloaded = now.is_overloaded(&input.F, ratings);
-    if supervisor.stage() < Stage::Braking {
+    let before = supervisor.stage();
+    if before < Stage::Braking {
         supervisor.average_wrist_torques(&now.output.tau_wrist, h);
     }
-    let Some(fall) = supervisor.advance(&errors, is_overloaded, ratings, state.t, h) else {
+    let observed = Observed {
+        errors: now.rod_errors(&input.F),
+        is_overloaded: now.is_overloaded(&input.F, ratings),
+        alarm: (input.tripped.iter().any(|tripped| *tripped)).then_some(Cause::Tripped),
+        reset: input.reset,
+        is_supplied: !input.supply_missing,
+    };
+    let Some(fall) = supervisor.advance(&observed, ratings, state.t, h) else {
         return;
     };
     // Keeps Λ z, which the integral contributes to the required rates.
     state.integral *= fall;
     let stage = state.supervisor.stage();
-    if stage >= Stage::Stopping && state.supervisor.stop().is_none() {
+    if before == Stage::Stopped || stage < before {
+        // Ready again after a reset: first held on closed brakes, then released.
+        state.supervisor.stand_at(&input.zeta);
+        for (i, drive) in state.drives.iter_mut().enumerate() {
+            let rest = DriveState::undisturbed(nominal.parameters()[i], input.w_m[i]);
+            *drive = rest.settled(now.commands[i].i_qr);
+        }
+        if stage == Stage::Watching && reference.rates().is_some() {
+            state.motion = Motion::rest(&input.zeta);
+            state.supervisor.follow_reference();
+        }
+        return;
+    }
+    if stage >= Stage::Stopping && before < Stage::Stopping {
         let gains = &settings.gains;
         let t = state.motion_time(gains.settle_time);
-        let target = reference.target(nominal, &state.motion, input, t);
+        let held = (state.supervisor.motion()).map(|motion| Target::from_joints(motion, nominal));
+        let target = held.map_or_else(|| reference.target(nominal, &state.motion, input, t), Ok);
         let [zeta_dot, integral] = target
             .map(|target| at_joints(&target, nominal, gains, &state.integral, &input.zeta))
             .unwrap_or_default();
