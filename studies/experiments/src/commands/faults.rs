@@ -114,7 +114,7 @@ pub fn faults(args: &FaultsArgs) -> Result<Verdict> {
             "path,payload [kg],time [s],fault,fate,error [mm],distance [mm],oracle [mm],force,oracle force,braked after [s],cause,why"
         )?;
         for r in &results {
-            let (run, [distance, force]) = (&r.run, r.run.oracle.map(|x| x));
+            let (run, [distance, force]) = (&r.run, r.run.oracle);
             let braked = run.braked.map_or(String::new(), |t| format!("{t:.3}"));
             writeln!(
                 file,
