@@ -49,11 +49,18 @@ pub(crate) static SUPERVISOR: Items<Stage, 7> = Items::new("Supervisor", "what t
 ]);
 
 #[rustfmt::skip] // an item a line
-pub(crate) static CAUSE: Items<Cause, 4> = Items::new("Cause", "why the supervisor acts", [
+pub(crate) static CAUSE: Items<Cause, 11> = Items::new("Cause", "why the supervisor acts", [
     (Cause::None, "none", "it does not act"),
     (Cause::Swinging, "swinging", "a rod swings"),
     (Cause::Overload, "overload", "the force of a rod stays at its limit and above its rating"),
     (Cause::Tripped, "tripped", "a drive has tripped"),
+    (Cause::Following, "following", "the tip does not follow its reference, or its error jumps"),
+    (Cause::JointEncoder, "joint_encoder", "a joint's encoder, its motor and its rod tell different motions"),
+    (Cause::JointRate, "joint_rate", "a joint's angle is not the integral of its rate"),
+    (Cause::Stale, "stale", "a reading no longer changes"),
+    (Cause::Torque, "torque", "a motor's torque does not fit the force of its rod: a brake drags, or a sensor errs"),
+    (Cause::Current, "current", "a drive does not give the commanded current"),
+    (Cause::WristRate, "wrist_rate", "a joint of the wrist runs away"),
 ]);
 
 #[cfg(test)]
@@ -74,7 +81,7 @@ mod tests {
         ] {
             assert_eq!(SUPERVISOR.number(stage), stage as i32 + 1);
         }
-        for number in 1..=4 {
+        for number in 1..=11 {
             assert_eq!(CAUSE.item(number).expect("a cause") as i32 + 1, number);
         }
     }

@@ -221,6 +221,7 @@ impl Controller {
             desired: target.tip,
             rotation_error: tracking.rotation_error,
             tip: tip.position,
+            zeta_dot_r: required.zeta_dot.into(),
             zeta_ddot_r: required.zeta_ddot.into(),
             strokes: configuration.strokes,
             motions,

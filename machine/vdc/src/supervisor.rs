@@ -11,11 +11,19 @@
 //! brakes are applied at once, as they are when a drive has tripped. A stopped machine becomes ready
 //! again by a reset: gates on, brakes released, held where it stands.
 
+mod cause;
+mod monitors;
+
+pub use cause::Cause;
+pub(crate) use monitors::Plausibility;
+
+use crate::nominal::Nominal;
 use crate::reference::Motion;
 use crate::settings::Settings;
 use crate::signals::Input;
 use hdrm::DOF;
 use machine_file::Controller as Gains;
+use monitors::Monitors;
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -60,20 +68,6 @@ pub enum Stage {
     Braking,
     /// The brakes hold rods and wrist, the gates are off.
     Stopped,
-}
-
-/// Why the supervisor acts. New causes are appended.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Cause {
-    /// It does not act, or a reset ends what it did.
-    #[default]
-    None,
-    /// A rod swings.
-    Swinging,
-    /// The force of a rod stays at its limit and above its rating.
-    Overload,
-    /// A drive has tripped.
-    Tripped,
 }
 
 /// What the supervisor is told in a step.
@@ -123,6 +117,7 @@ pub(crate) struct Supervisor {
     reset: bool,
     /// Whether the brakes are to be released after a reset.
     releases: bool,
+    monitors: Monitors,
 }
 
 /// Mean square of a band-passed signal.
@@ -281,6 +276,23 @@ impl Supervisor {
         self.releases = self.stage == Stage::Stopped;
         (self.stage, self.since) = (next, t + h);
         Some(fall)
+    }
+
+    /// Advances the monitors by `h` s with the measurements `input` and what belongs to them, `now`,
+    /// unless the machine is braked; the first cause for alarm.
+    pub(crate) fn monitor(
+        &mut self,
+        now: &Plausibility,
+        nominal: &Nominal,
+        settings: &Settings,
+        input: &Input,
+        h: f64,
+    ) -> Option<Cause> {
+        if self.stage < Stage::Braking {
+            return self.monitors.advance(now, nominal, settings, input, h);
+        }
+        self.monitors = Monitors::default();
+        None
     }
 
     /// Averages the wrist torques, N·m, over `h` s; the mean holds a payload of any mass.

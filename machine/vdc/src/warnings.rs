@@ -183,6 +183,13 @@ impl Cause {
             Self::Swinging => "a rod swings",
             Self::Overload => "the force of a rod stays at its limit and above its rating",
             Self::Tripped => "a drive has tripped",
+            Self::Following => "the tip does not follow its reference, or its error jumps",
+            Self::JointEncoder => "a joint's encoder, its motor and its rod tell different motions",
+            Self::JointRate => "a joint's angle is not the integral of its rate",
+            Self::Stale => "a reading no longer changes",
+            Self::Torque => "a motor's torque does not fit the force of its rod",
+            Self::Current => "a drive does not give the commanded current",
+            Self::WristRate => "a joint of the wrist runs away",
         }
     }
 }

@@ -7,6 +7,7 @@ pub mod comparison;
 pub(crate) mod draws;
 pub mod efficiency;
 pub(crate) mod endurance;
+pub(crate) mod faults;
 pub(crate) mod identification;
 pub(crate) mod imported_run;
 pub mod inertia;

@@ -6,6 +6,7 @@ pub mod draws;
 pub mod endurance;
 pub mod energy;
 pub mod evaluate;
+pub mod faults;
 pub mod machine;
 pub mod margins;
 pub mod path;

@@ -11,7 +11,7 @@ use cosim::Verdict;
 use cosim::cli::exit;
 use experiments::commands::program::{Cli, Command, Ending};
 use experiments::commands::{
-    compare, draws, endurance, energy, evaluate, machine, margins, path, program, rest, run,
+    compare, draws, endurance, energy, evaluate, faults, machine, margins, path, program, rest, run,
     sizing, stability, table, testbed, tournament, weighing,
 };
 
@@ -53,6 +53,7 @@ fn run(command: &Command) -> Ending {
         Command::Rest(args) => (args.machine.check(), rest::rest(args)),
         Command::Weighing(args) => (args.machine.check(), weighing::weighing(args)),
         Command::Draws(args) => (args.machine.check(), draws::draws(args)),
+        Command::Faults(args) => (args.machine.check(), faults::faults(args)),
         Command::Tournament(args) => (args.machine.check(), tournament::tournament(args)),
         Command::Margins(args) => (args.machine.check(), margins::margins(args)),
         Command::Evaluate(args) => (args.machine.check(), evaluate::evaluate(args)),

@@ -223,10 +223,14 @@ fn supervise(
     if before < Stage::Braking {
         supervisor.average_wrist_torques(&now.output.tau_wrist, h);
     }
+    let tripped = (input.tripped.iter().any(|tripped| *tripped)).then_some(Cause::Tripped);
+    let implausible = now
+        .plausibility()
+        .and_then(|now| supervisor.monitor(&now, nominal, settings, input, h));
     let observed = Observed {
         errors: now.rod_errors(&input.F),
         is_overloaded: now.is_overloaded(&input.F, ratings),
-        alarm: (input.tripped.iter().any(|tripped| *tripped)).then_some(Cause::Tripped),
+        alarm: tripped.or(implausible),
         reset: input.reset,
         is_supplied: !input.supply_missing,
     };

@@ -16,8 +16,8 @@ use cosim::cli::{claim_outputs, exit};
 use cosim::run::interrupt;
 
 use super::{
-    compare, draws, endurance, energy, evaluate, machine, margins, path, pictures, python, rest,
-    run as run_command, sizing, stability, table, testbed, tournament, weighing,
+    compare, draws, endurance, energy, evaluate, faults, machine, margins, path, pictures, python,
+    rest, run as run_command, sizing, stability, table, testbed, tournament, weighing,
 };
 
 /// Experiments on the coupled manipulator: three electromechanical actuators, rigid bodies and
@@ -63,6 +63,8 @@ pub enum Command {
     Draws(draws::DrawsArgs),
     /// Payloads of all sizes and places with and without weighing of the hook: errors of both
     Weighing(weighing::WeighingArgs),
+    /// Single faults of sensors, wires and drives: kept, stopped in time, or lost
+    Faults(faults::FaultsArgs),
     /// Tip error, tracking, orientation and verdict of a run that another importer wrote as CSV
     Evaluate(evaluate::EvaluateArgs),
     /// Draw the signals of a CSV file over time, as PNG and SVG
