@@ -217,12 +217,6 @@ fn supervise(
     let (supervisor, ratings) = (&mut state.supervisor, &nominal.ratings);
     let errors = now.rod_errors(&input.F);
     let is_overloaded = now.is_overloaded(&input.F, ratings);
-    if now
-        .machine
-        .is_some_and(|machine| machine.weighing.is_some())
-    {
-        supervisor.forget_swings();
-    }
     if supervisor.stage() < Stage::Braking {
         supervisor.average_wrist_torques(&now.output.tau_wrist, h);
     }
