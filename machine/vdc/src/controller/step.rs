@@ -215,10 +215,6 @@ fn supervise(
     h: f64,
 ) {
     let (supervisor, ratings) = (&mut state.supervisor, &nominal.ratings);
-    let machine = now.machine.as_ref();
-    if machine.is_some_and(|machine| machine.weighing.is_some()) {
-        supervisor.forget_swings();
-    }
     let before = supervisor.stage();
     if before < Stage::Braking {
         supervisor.average_wrist_torques(&now.output.tau_wrist, h);

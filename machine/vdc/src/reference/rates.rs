@@ -98,6 +98,8 @@ const STOPS: f64 = 0.125;
 /// its reference passes the joint when it returns.
 const BLOCKED: f64 = 0.8;
 const RETURNS: f64 = 0.1;
+/// Time constant over the smoothing's with which it returns: critically damped, as before an end.
+const BACK: f64 = 4.0;
 
 /// Factors on the feedback of the joints' angles, and on γ, under commanded rates.
 const FEEDBACK: f64 = 0.5;
@@ -170,7 +172,7 @@ impl Rates {
                 let direction =
                     self.blocked(i, motion, turns[i], &followed[i], [ahead, bounds.ahead[i]]);
                 if direction != 0.0 && direction * turns[i] <= 0.0 {
-                    let back = (ahead.abs() + RETURNS * bounds.ahead[i]) / (FOLLOWS * tau);
+                    let back = (ahead.abs() + RETURNS * bounds.ahead[i]) / (BACK * tau);
                     let back = (-back - direction * motion.zeta_dot[i]) / tau;
                     wanted[i] = direction * back.min(direction * wanted[i]);
                 }

@@ -302,7 +302,7 @@ fn commands_are_held_where_less_than_half_is_allowed() {
 }
 
 /// Joints that something holds, under a full command: their references wait within the distance
-/// that is allowed, and say so. Released, they return to their joints within a second and stay;
+/// that is allowed, and say so. Released, they return to their joints within three seconds and stay;
 /// told to go back, they go at once.
 #[test]
 fn a_reference_waits_for_joints_that_are_held_and_returns() {
@@ -336,7 +336,7 @@ fn a_reference_waits_for_joints_that_are_held_and_returns() {
         assert_eq!(motion.blocked[i], [1.0, -1.0][i % 2]);
     }
     let mut back = motion;
-    hold(0.0, 1.0, &mut motion);
+    hold(0.0, 3.0, &mut motion);
     for i in 0..DOF {
         let share = ahead(&motion, i);
         assert!(share.abs() < 0.15, "joint {i}: {share}");
