@@ -10,7 +10,6 @@ mod simulator;
 
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
-use std::sync::Arc;
 
 use fmi_description::xml::{Element, XmlError};
 use fmi_description::{Causality, Kind};
@@ -18,7 +17,7 @@ use fmi_description::{Causality, Kind};
 use connections::Wire;
 use simulator::{Simulator, parts, unknown};
 
-pub use simulator::Model;
+pub use simulator::{Model, Models};
 
 /// Base step where a structure names none, s.
 const BASE_STEP: f64 = 0.1;
@@ -36,11 +35,7 @@ pub struct Converted {
 ///
 /// # Errors
 /// What is wrong or not supported, with its line.
-pub fn convert(
-    text: &str,
-    file: &str,
-    model: &mut dyn FnMut(&str, &str) -> Result<Arc<Model>, String>,
-) -> Result<Converted, XmlError> {
+pub fn convert(text: &str, file: &str, model: &mut Models<'_>) -> Result<Converted, XmlError> {
     let root = Element::parse(text, file, "OspSystemStructure")?;
     let text = text.trim_start_matches('\u{feff}');
     if let Some(version) = root.get("version").filter(|version| *version != "0.1") {

@@ -50,12 +50,9 @@ impl Group {
 
     /// Names of all groups, for messages.
     pub fn names(groups: &[Self]) -> Vec<&str> {
-        let names = |group| [vec![&*Self::name(group)], Self::names(&group.groups)].concat();
-        groups.iter().flat_map(names).collect()
-    }
-
-    fn name(group: &Self) -> &str {
-        &group.name
+        let all = groups.iter();
+        all.flat_map(|group| [vec![group.name.as_str()], Self::names(&group.groups)].concat())
+            .collect()
     }
 
     /// All variables: those of the groups in it, then its own.

@@ -18,6 +18,9 @@ pub struct Model {
     pub source: String,
 }
 
+/// Gives the FMU of a simulator, by its name and source.
+pub type Models<'a> = dyn FnMut(&str, &str) -> Result<Arc<Model>, String> + 'a;
+
 pub(super) fn unknown(element: &Element) -> XmlError {
     element.error(format!("the element {} is not known here", element.tag))
 }
@@ -55,7 +58,7 @@ impl Simulator {
     pub fn read(
         node: &Element,
         base: f64,
-        model: &mut dyn FnMut(&str, &str) -> Result<Arc<Model>, String>,
+        model: &mut Models<'_>,
         remarks: &mut Vec<String>,
     ) -> Result<Self, XmlError> {
         let (name, source) = (node.required("name")?, node.required("source")?);
