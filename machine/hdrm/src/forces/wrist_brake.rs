@@ -84,17 +84,23 @@ impl Anchor {
         x * x * (3.0 - 2.0 * x)
     }
 
-    /// Torque on a joint at the angle and rate `joint`, rad and rad/s, N·m.
-    pub(crate) fn torque(&self, now: &WristState, [zeta, w]: [f64; 2]) -> f64 {
+    /// Torque that spring and damper give a joint at the angle and rate `joint`, rad and rad/s, N·m.
+    fn elastic_torque(&self, now: &WristState, [zeta, w]: [f64; 2]) -> f64 {
         let s = zeta - now.angle;
-        let bending = w * (1.0 - self.yielding(s, w));
-        let most = self.torque / self.stiffness;
-        -(self.stiffness * s.clamp(-most, most) + self.damping * bending)
+        -(self.stiffness * s + self.damping * w * (1.0 - self.yielding(s, w)))
+    }
+
+    /// Torque on a joint at the angle and rate `joint`, rad and rad/s, N·m: never above the brake's.
+    pub(crate) fn torque(&self, now: &WristState, joint: [f64; 2]) -> f64 {
+        (self.elastic_torque(now, joint)).clamp(-self.torque, self.torque)
     }
 
     /// Time derivative of that torque with the joint's acceleration `a`, rad/s², N·m/s, while the
     /// anchor yields as it does.
     pub(crate) fn torque_rate(&self, now: &WristState, [zeta, w]: [f64; 2], a: f64) -> f64 {
+        if self.elastic_torque(now, [zeta, w]).abs() >= self.torque {
+            return 0.0;
+        }
         let bends = 1.0 - self.yielding(zeta - now.angle, w);
         -(self.stiffness * w + self.damping * a) * bends
     }
