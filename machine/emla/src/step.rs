@@ -37,8 +37,8 @@ impl Emla {
         }
         let mut n = self.substeps(h);
         let mut last = s.w_m;
+        let wait = self.awaited_brake(begun, u);
         while n <= MAX_SUBSTEPS {
-            let wait = self.awaited_brake(begun, u);
             let end = match wait > 0.0 {
                 true => self.attempt_to_brake(begun, &input, wait, h, n),
                 false => self.attempt(begun, u, &input, h, n as u32),
@@ -75,6 +75,7 @@ impl Emla {
 
     /// The step in about `n` substeps while a commanded brake closes after `wait`, s.
     #[cold]
+    #[inline(never)]
     fn attempt_to_brake(
         &self,
         start: &State,

@@ -41,13 +41,20 @@ impl Emla {
 
     /// Whether the brake acts: it is commanded, and its closing time has passed.
     pub(crate) fn has_brake(&self, s: &State, u: &Input) -> bool {
-        (u.brake || s.tripped) && self.brake().delay(s.braked) == 0.0
+        (u.brake || s.tripped) && self.brake_delay(s) == 0.0
+    }
+
+    /// Time until the brake acts, s, if it is commanded.
+    #[cold]
+    #[inline(never)]
+    fn brake_delay(&self, s: &State) -> f64 {
+        self.brake().delay(s.braked)
     }
 
     /// Time until a commanded brake acts, s; 0 while it acts, and without command.
     pub fn awaited_brake(&self, s: &State, u: &Input) -> f64 {
         match u.brake || s.tripped {
-            true => self.brake().delay(s.braked),
+            true => self.brake_delay(s),
             false => 0.0,
         }
     }
