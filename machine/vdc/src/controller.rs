@@ -12,7 +12,7 @@ use crate::law::{self, Instant, Rod};
 use crate::measured::{JointObserver, Sampling, Timing};
 use crate::nominal::Nominal;
 use crate::proof;
-use crate::reference::{Motion, Reference, Target, Trajectory};
+use crate::reference::{Motion, Reference, Target, Trajectory, at_any_pose};
 use crate::settings::{Level, Settings};
 use crate::signals::Input;
 use crate::state::State;
@@ -24,6 +24,7 @@ use hdrm::{DOF, Tip, saturate};
 use machine_file::{Controller as Gains, Machine};
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use tip_path::Load;
 
 /// The controller and its state.
@@ -106,7 +107,7 @@ impl Controller {
         input: &Input,
     ) -> Result<Evaluation, ControllerError> {
         let Self { nominal, state, .. } = self;
-        let settings = &*state.supervisor.effective_settings(settings);
+        let settings = &*self.effective_settings(settings);
         let held = state.sampling.held.as_ref();
         let observed = state
             .joints
@@ -124,7 +125,7 @@ impl Controller {
         now.fill_outputs(input);
         let t = state.motion_time(settings.gains.settle_time);
         now.output.motion_end = self.motion_end(settings);
-        now.set_gates_and_brakes(state.supervisor.stage());
+        now.set_gates_and_brakes(&state.supervisor, input);
         now.output.load = self.reference.load(t).unwrap_or_default();
         proof::fill(&mut now, nominal, state, settings, input);
         match now.output.not_finite() {
@@ -135,6 +136,17 @@ impl Controller {
             }),
             None => Ok(now),
         }
+    }
+
+    /// `settings` with the gains that apply: lower under commanded rates and by the supervisor.
+    fn effective_settings<'a>(&self, settings: &'a Settings) -> Cow<'a, Settings> {
+        let supervisor = &self.state.supervisor;
+        if self.reference.rates().is_none() || settings.level == Level::Actuator {
+            return supervisor.effective_settings(settings);
+        }
+        let mut resting = supervisor.effective_settings(settings).into_owned();
+        at_any_pose(&mut resting.gains);
+        Cow::Owned(resting)
     }
 
     /// The law of the whole machine: from the reference of the tip, or of the joints, to the
@@ -195,10 +207,12 @@ impl Controller {
         let weighs = state.t - state.t_start < settings.weighing_time;
         let bodies = &state.bodies;
         let weighing = weighs.then(|| {
-            law::wrist_inertia(
+            let payload = bodies.payload();
+            law::hook_model(
                 &configuration,
                 &bodies.nominal,
-                bodies.payload(),
+                payload,
+                &ground,
                 nominal.gravity,
             )
         });
@@ -207,6 +221,7 @@ impl Controller {
             desired: target.tip,
             rotation_error: tracking.rotation_error,
             tip: tip.position,
+            zeta_dot_r: required.zeta_dot.into(),
             zeta_ddot_r: required.zeta_ddot.into(),
             strokes: configuration.strokes,
             motions,

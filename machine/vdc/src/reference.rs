@@ -17,7 +17,7 @@ pub(crate) use external::turn_orientation;
 pub use motion::CommandHolds;
 pub(crate) use motion::Motion;
 pub use rate_limits::{RateCommand, RateLimits};
-pub(crate) use rates::Rates;
+pub(crate) use rates::{Rates, ReferenceBounds, Room, at_any_pose};
 
 use crate::error::ControllerError;
 use crate::nominal::{Nominal, orientation};

@@ -8,13 +8,22 @@
 //! never left backwards: the oscillation would return.
 //!
 //! If the force of a rod stays at its limit and above its rating, the load is too heavy, and the
-//! brakes are applied at once.
+//! brakes are applied at once, as they are when a drive has tripped. A stopped machine becomes ready
+//! again by a reset: gates on, brakes released, held where it stands.
 
+mod cause;
+mod monitors;
+
+pub use cause::Cause;
+pub(crate) use monitors::Plausibility;
+
+use crate::nominal::Nominal;
 use crate::reference::Motion;
 use crate::settings::Settings;
 use crate::signals::Input;
 use hdrm::DOF;
 use machine_file::Controller as Gains;
+use monitors::Monitors;
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
@@ -57,8 +66,23 @@ pub enum Stage {
     Stopping,
     /// The brakes are applied, the gates still on.
     Braking,
-    /// The brakes hold the rods, the gates are off; the wrist is held where it was.
+    /// The brakes hold rods and wrist, the gates are off.
     Stopped,
+}
+
+/// What the supervisor is told in a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Observed {
+    /// Errors of force, N, and velocity, m/s, of each rod.
+    pub(crate) errors: [[f64; 2]; 3],
+    /// Whether the force of a rod is at its limit and above its rating.
+    pub(crate) is_overloaded: bool,
+    /// A reason to apply the brakes at once.
+    pub(crate) alarm: Option<Cause>,
+    /// A rising edge makes a stopped machine ready again, unless there is an alarm or no supply.
+    pub(crate) reset: bool,
+    /// Whether the drives' supply is ready.
+    pub(crate) is_supplied: bool,
 }
 
 impl Stage {
@@ -86,8 +110,14 @@ pub(crate) struct Supervisor {
     wrist: Option<[f64; 3]>,
     /// The joints' reference from [`Stage::Stopping`] on.
     motion: Motion,
-    /// Start time of the stop, s.
+    /// Start time of the stop, s; after a reset as long as the reference is to rest.
     stop: Option<f64>,
+    cause: Cause,
+    /// The input `reset` of the step before.
+    reset: bool,
+    /// Whether the brakes are to be released after a reset.
+    releases: bool,
+    monitors: Monitors,
 }
 
 /// Mean square of a band-passed signal.
@@ -125,12 +155,17 @@ impl Supervisor {
         self.stage
     }
 
+    /// Why it acts.
+    pub(crate) fn cause(&self) -> Cause {
+        self.cause
+    }
+
     /// Start time of the stop, s.
     pub(crate) fn stop(&self) -> Option<f64> {
         self.stop
     }
 
-    /// The joints' reference during and after the stop.
+    /// The joints' reference during and after the stop, and where they rest after a reset.
     pub(crate) fn motion(&self) -> Option<&Motion> {
         self.stop.map(|_| &self.motion)
     }
@@ -177,25 +212,26 @@ impl Supervisor {
             .fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
     }
 
-    /// Advances by `h` s from the time `t`, s, with these errors of force, N, and velocity, m/s, of
-    /// the rods. If a new stage begins, returns the ratio of the old to the new gains.
+    /// Advances by `h` s from the time `t`, s. If a new stage begins, returns the ratio of the old to
+    /// the new gains.
     pub(crate) fn advance(
         &mut self,
-        errors: &[[f64; 2]; 3],
-        is_overloaded: bool,
+        observed: &Observed,
         ratings: &[[f64; 2]; 3],
         t: f64,
         h: f64,
     ) -> Option<f64> {
-        if self.stop.is_some() {
+        let is_reset = observed.reset && !self.reset;
+        self.reset = observed.reset;
+        if self.stage >= Stage::Stopping {
             let left = (RAMP - (t - self.since)).max(0.0);
             self.motion.advance_to_rest(left, h);
         } else {
             let swings = self.errors.iter_mut().flatten();
-            for (swing, error) in swings.zip(errors.iter().flatten()) {
+            for (swing, error) in swings.zip(observed.errors.iter().flatten()) {
                 swing.add(*error, h);
             }
-            self.overloaded = if is_overloaded {
+            self.overloaded = if observed.is_overloaded {
                 self.overloaded + h
             } else {
                 0.0
@@ -206,10 +242,17 @@ impl Supervisor {
         let hurry = if power > 4.0 * UPPER { 0.25 } else { 1.0 };
         let elapsed = t + h - self.since;
         let waited = |time: f64| elapsed >= time * (1.0 - 1e-9);
+        let is_overloaded = (self.overloaded > OVERLOADED).then_some(Cause::Overload);
+        let alarm = observed.alarm.or(is_overloaded);
+        let is_ready = observed.is_supplied && observed.alarm.is_none();
         let next = match self.stage {
-            Stage::Watching | Stage::Frozen | Stage::Lowered if self.overloaded > OVERLOADED => {
+            Stage::Watching | Stage::Frozen | Stage::Lowered | Stage::Stopping
+                if alarm.is_some() =>
+            {
                 Stage::Braking
             }
+            Stage::Stopped if is_reset && is_ready => Stage::Braking,
+            Stage::Braking if self.releases && is_ready && waited(CLOSING) => Stage::Watching,
             Stage::Watching if self.swings => Stage::Frozen,
             Stage::Frozen if self.swings && waited(hurry * PATIENCE[0]) => Stage::Lowered,
             Stage::Lowered if self.swings && waited(hurry * PATIENCE[1]) => Stage::Stopping,
@@ -218,8 +261,33 @@ impl Supervisor {
             _ => return None,
         };
         let fall = self.stage.gains() / next.gains();
+        self.cause = match next {
+            Stage::Watching => Cause::None,
+            Stage::Braking if self.stage == Stage::Stopped => Cause::None,
+            Stage::Braking => alarm.unwrap_or(self.cause),
+            Stage::Frozen => Cause::Swinging,
+            _ => self.cause,
+        };
+        self.releases = self.stage == Stage::Stopped;
         (self.stage, self.since) = (next, t + h);
         Some(fall)
+    }
+
+    /// Advances the monitors by `h` s with the measurements `input` and what belongs to them, `now`,
+    /// unless the machine is braked; the first cause for alarm.
+    pub(crate) fn monitor(
+        &mut self,
+        now: &Plausibility,
+        nominal: &Nominal,
+        settings: &Settings,
+        input: &Input,
+        h: f64,
+    ) -> Option<Cause> {
+        if self.stage < Stage::Braking {
+            return self.monitors.advance(now, nominal, settings, input, h);
+        }
+        self.monitors = Monitors::default();
+        None
     }
 
     /// Averages the wrist torques, N·m, over `h` s; the mean holds a payload of any mass.
@@ -266,6 +334,22 @@ impl Supervisor {
             ..Motion::default()
         };
     }
+
+    /// Rests at the angles `zeta`, rad, after a reset, and measures oscillations anew.
+    pub(crate) fn stand_at(&mut self, zeta: &[f64; DOF]) {
+        *self = Self {
+            motion: Motion::rest(zeta),
+            errors: Default::default(),
+            swings: false,
+            overloaded: 0.0,
+            ..*self
+        };
+    }
+
+    /// Follows the reference again, which begins where the machine stands.
+    pub(crate) fn follow_reference(&mut self) {
+        self.stop = None;
+    }
 }
 
 #[cfg(test)]
@@ -275,6 +359,13 @@ mod tests {
 
     const H: f64 = 1e-3;
     const RATINGS: [[f64; 2]; 3] = [[70e3, 0.07]; 3];
+    const QUIET: Observed = Observed {
+        errors: [[0.0; 2]; 3],
+        is_overloaded: false,
+        alarm: None,
+        reset: false,
+        is_supplied: true,
+    };
 
     /// Root mean square of what passes of a sine of amplitude 1 at `f` Hz.
     fn passed(f: f64) -> f64 {
@@ -312,7 +403,8 @@ mod tests {
             let t = from + H * f64::from(k);
             let wave = size * (TAU * 5.6 * t).sin();
             let errors = [[0.0; 2], RATINGS[1].map(|rated| wave * rated), [0.0; 2]];
-            if watch.advance(&errors, false, &RATINGS, t, H).is_some() {
+            let observed = Observed { errors, ..QUIET };
+            if watch.advance(&observed, &RATINGS, t, H).is_some() {
                 begun.push((watch.stage(), t + H));
             }
         }
@@ -375,7 +467,12 @@ mod tests {
         let mut watch = Supervisor::new(true);
         let mut steps = 0;
         while watch.stage() == Stage::Watching {
-            watch.advance(&[[7e3, 0.0]; 3], true, &RATINGS, H * f64::from(steps), H);
+            let observed = Observed {
+                errors: [[7e3, 0.0]; 3],
+                is_overloaded: true,
+                ..QUIET
+            };
+            watch.advance(&observed, &RATINGS, H * f64::from(steps), H);
             steps += 1;
         }
         assert_eq!(watch.stage(), Stage::Braking);
@@ -383,6 +480,59 @@ mod tests {
             (H * f64::from(steps) - OVERLOADED).abs() < 1.5 * H,
             "{steps}"
         );
+    }
+
+    /// A trip is braked at once, also during a stop along the ramp; a reset works by its rising edge,
+    /// once the trip is over and the supply is there, and opens the brakes after their closing time.
+    #[test]
+    fn a_trip_brakes_and_a_reset_makes_ready_again() {
+        let tripped = Observed {
+            alarm: Some(Cause::Tripped),
+            ..QUIET
+        };
+        let reset = Observed {
+            reset: true,
+            ..QUIET
+        };
+        let mut watch = Supervisor::new(true);
+        let mut k = 0;
+        let mut steps = |watch: &mut Supervisor, observed: Observed, n: u32| {
+            for _ in 0..n {
+                watch.advance(&observed, &RATINGS, H * f64::from(k), H);
+                k += 1;
+            }
+            (watch.stage(), watch.cause())
+        };
+        assert_eq!(
+            steps(&mut watch, tripped, 1),
+            (Stage::Braking, Cause::Tripped)
+        );
+        assert_eq!(
+            steps(&mut watch, tripped, 60),
+            (Stage::Stopped, Cause::Tripped)
+        );
+        let early = Observed {
+            reset: true,
+            ..tripped
+        };
+        assert_eq!(steps(&mut watch, early, 60).0, Stage::Stopped);
+        // Held since, it is no edge.
+        assert_eq!(steps(&mut watch, reset, 60).0, Stage::Stopped);
+        steps(&mut watch, QUIET, 1);
+        let dead = Observed {
+            is_supplied: false,
+            ..reset
+        };
+        assert_eq!(steps(&mut watch, dead, 5).0, Stage::Stopped);
+        steps(&mut watch, QUIET, 1);
+        assert_eq!(steps(&mut watch, reset, 1), (Stage::Braking, Cause::None));
+        assert_eq!(steps(&mut watch, reset, 40).0, Stage::Braking);
+        assert_eq!(steps(&mut watch, reset, 20), (Stage::Watching, Cause::None));
+        let mut stopping = Supervisor {
+            stage: Stage::Stopping,
+            ..watch
+        };
+        assert_eq!(steps(&mut stopping, tripped, 1).0, Stage::Braking);
     }
 
     #[test]

@@ -123,6 +123,7 @@ impl<M: Model> Layout<M> {
             indicators: 0,
         };
         let (mut next, mut position, mut in_long, mut offset) = (0, 0, 0, 0);
+        let mut was_equation = false;
         for row in M::variables().iter().chain(ModelExchange::<M>::rows()) {
             let is_equation = row.storage.is_equation();
             let owner = match row.storage {
@@ -130,10 +131,13 @@ impl<M: Model> Layout<M> {
                 _ => row,
             };
             let len = owner.len(parameters, input, &output).min(LONGEST);
-            let number = match is_equation {
+            // The first equation follows all variables, unless it sets its number.
+            let following = match is_equation && !was_equation {
                 true => layout.len() as u32,
-                false => row.at.unwrap_or(next),
+                false => next,
             };
+            was_equation = is_equation;
+            let number = row.at.unwrap_or(following);
             let is_long = owner.resize.is_some() || len > MOST_COUNTED;
             let counted = if is_long { 1 } else { len as u32 };
             next = number.saturating_add(counted);
