@@ -274,7 +274,7 @@ impl Supervisor {
     }
 
     /// Advances the monitors by `h` s with the measurements `input` and what belongs to them, `now`,
-    /// unless the machine is braked; the first cause for alarm.
+    /// unless the machine is braked, also for want of supply; the first cause for alarm.
     pub(crate) fn monitor(
         &mut self,
         now: &Plausibility,
@@ -283,7 +283,7 @@ impl Supervisor {
         input: &Input,
         h: f64,
     ) -> Option<Cause> {
-        if self.stage < Stage::Braking {
+        if self.stage < Stage::Braking && !input.supply_missing {
             return self.monitors.advance(now, nominal, settings, input, h);
         }
         self.monitors = Monitors::default();
