@@ -25,7 +25,6 @@ impl Emla {
         t: f64,
         h: f64,
     ) -> Result<State, StepError> {
-        let bad_step = StepError::BadStep { t, h };
         check_step(t, h)?;
         let u = &input(0.0);
         let switched;
@@ -35,15 +34,30 @@ impl Emla {
             switched = self.update_gates(s, u);
             begun = &switched;
         }
+        let wait = self.awaited_brake(begun, u);
+        if wait > 0.0 {
+            let attempt = |n: f64| self.attempt_to_brake(begun, &input, wait, h, n);
+            return self.repeated(s, u, [t, h], attempt);
+        }
+        self.repeated(s, u, [t, h], |n| {
+            self.attempt(begun, u, &input, h, n as u32)
+        })
+    }
+
+    /// The state after the first `attempt` at the step whose number of substeps is enough.
+    #[inline(always)]
+    fn repeated(
+        &self,
+        s: &State,
+        u: &Input,
+        [t, h]: [f64; 2],
+        attempt: impl Fn(f64) -> Result<State, TooCoarse>,
+    ) -> Result<State, StepError> {
+        let bad_step = StepError::BadStep { t, h };
         let mut n = self.substeps(h);
         let mut last = s.w_m;
-        let wait = self.awaited_brake(begun, u);
         while n <= MAX_SUBSTEPS {
-            let end = match wait > 0.0 {
-                true => self.attempt_to_brake(begun, &input, wait, h, n),
-                false => self.attempt(begun, u, &input, h, n as u32),
-            };
-            match end {
+            match attempt(n) {
                 Ok(mut next) => {
                     next.P_in_mean = (next.energy.supplied - s.energy.supplied) / h;
                     next.i_dc_mean = link_current(next.P_in_mean, self.link_voltage(u));

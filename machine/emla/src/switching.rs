@@ -13,6 +13,7 @@ impl Emla {
     }
 
     /// What stays constant over a step from `s` under `u`; `p`: parameters at `s`'s temperatures.
+    #[inline(always)]
     pub(crate) fn conditions<'a>(
         &self,
         p: &'a machine_file::Emla,
