@@ -113,10 +113,10 @@ impl Evaluation {
         output.supervisor_state = stage as i32 + 1;
         output.supervisor_cause = supervisor.cause() as i32 + 1;
         let braked = stage >= Stage::Braking;
-        let on = stage != Stage::Stopped && !(braked && supervisor.cause().is_of_drive());
-        output.enable = [on && !input.supply_missing; 3];
+        let [a, b, c, wrist @ ..] = supervisor.gates();
+        output.enable = [a, b, c].map(|on| on && !input.supply_missing);
         output.brake = [braked || input.supply_missing; 3];
-        (output.wrist_enable, output.wrist_brake) = ([on; 3], [braked; 3]);
+        (output.wrist_enable, output.wrist_brake) = (wrist, [braked; 3]);
     }
 
     /// Errors of force, N, and velocity, m/s, of each rod for the measured forces `F`, N.

@@ -29,11 +29,3 @@ pub enum Cause {
     /// A joint of the wrist runs away.
     WristRate,
 }
-
-impl Cause {
-    /// Whether a drive no longer does what it is told, so that its gates must not wait for the
-    /// brakes.
-    pub(crate) fn is_of_drive(self) -> bool {
-        matches!(self, Self::Current | Self::Torque)
-    }
-}

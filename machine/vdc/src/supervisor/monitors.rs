@@ -7,8 +7,9 @@
 //! - A joint's angle is the integral of its rate, and rod and motor move together, but for what the
 //!   mounting gives way and the play.
 //! - A joint that is to move shows other counts; a reading with noise never repeats for long.
-//! - The torque of a motor carries the measured force, but for friction; its current is the
-//!   commanded one.
+//! - The torque of a motor carries the measured force, but for friction and a factor, that of
+//!   magnets and gear, which is found while the machine runs; its current is the commanded one.
+//! - A joint of the wrist does not keep a rate that nobody commands; it may ring.
 //!
 //! Differences of positions are those of rates, integrated with the forgetting time [`FORGETS`]: so
 //! zero errors and a gain error of the geometry do not count.
@@ -48,9 +49,14 @@ const UNSEEN: f64 = 0.02;
 /// then may repeat.
 const NOISY: u32 = 200;
 const REPEATS: u32 = 50;
-/// Torque that friction and the motor's parameters explain, over that of the rated force.
+/// Torque that friction explains, over that of the rated force.
 const UNEXPLAINED: f64 = 0.25;
-/// Bandwidth of the comparisons of torque and current, 1/s.
+/// Factors of torque that motors have, by their magnets and their temperature, and the time in which
+/// the factor is found, s, at the start a tenth of it.
+const FACTOR: [f64; 2] = [0.55, 1.8];
+const FOUND: f64 = 2.0;
+/// Bandwidth of the comparisons of torque, current and rates of the wrist, 1/s: a wrist with an
+/// empty hook rings above it.
 const SMOOTHED: f64 = 50.0;
 /// Current that errors of sensor and regulator explain, over the largest.
 const CURRENT: f64 = 0.05;
@@ -148,12 +154,19 @@ pub(crate) struct Monitors {
     noisy: [[Repeats; 3]; 3],
     /// Torque that force and friction do not explain, as z of the observer `ω (z − J w)`, N·m·s.
     torques: [f64; 3],
+    /// Factor of each motor's torque, and the time for which it has been looked for, s.
+    factors: [f64; 3],
+    looked: f64,
     drags: [Alarm; 3],
     /// Smoothed differences of direct and quadrature current from their commands, A.
     currents: [[f64; 2]; 3],
     disobeys: [Alarm; 3],
     /// Currents commanded in the step before, A.
     commanded: [f64; 3],
+    /// Rates of the wrist, smoothed, rad/s.
+    wrist: [f64; 3],
+    /// Drives of rods and wrist that do not do what they are told.
+    pub(super) erring: [bool; DOF],
 }
 
 impl Monitors {
@@ -179,7 +192,7 @@ impl Monitors {
             (Cause::JointEncoder, self.rods(now, nominal, input, h)),
             (Cause::Stale, self.stale(now, input, h)),
             (Cause::Torque, self.torques(nominal, input, h)),
-            (Cause::WristRate, wrist_runs_away(input)),
+            (Cause::WristRate, self.wrist_runs_away(input, h)),
             (Cause::Following, self.following(now, nominal, settings, h)),
         ];
         let first = alarms.into_iter().find(|(_, is_on)| *is_on);
@@ -194,6 +207,7 @@ impl Monitors {
             forces: input.F,
             read: input.zeta,
             commanded: now.i_q_required,
+            factors: [1.0; 3],
             torques: std::array::from_fn(|i| {
                 maps::inertia(nominal.parameters()[i], 1.0) * input.w_m[i]
             }),
@@ -292,20 +306,32 @@ impl Monitors {
         is_on || is_noisy && is_stale
     }
 
-    /// Torques of the motors compared with what the measured forces ask for.
+    /// Torques of the motors compared with what the measured forces ask for:
+    /// ```text
+    /// k' = (τ − k τ_F) τ_F/(T (τ_F² + (b τ_rated)²))
+    /// ```
     fn torques(&mut self, nominal: &Nominal, input: &Input, h: f64) -> bool {
         let reached = share(h * SMOOTHED);
+        self.looked += h;
+        let found = share(h / self.looked.clamp(0.1 * FOUND, FOUND));
+        let is_found = self.looked > 0.5 * FOUND;
         let mut is_on = false;
         for i in 0..3 {
             let p = nominal.parameters()[i];
             let momentum = maps::inertia(p, 1.0) * input.w_m[i];
             let needed = maps::required_torque(p, input.F[i], input.w_m[i], 0.0);
-            let more = maps::torque(p, input.i_d[i], input.i_q[i]) - needed;
+            let bound = UNEXPLAINED * nominal.ratings[i][0] * maps::travel_per_radian(p);
+            let factor = &mut self.factors[i];
+            let more = maps::torque(p, input.i_d[i], input.i_q[i]) - *factor * needed;
+            *factor += found * more * needed / (needed * needed + bound * bound);
             let z = &mut self.torques[i];
             *z += reached * (momentum - *z + more / SMOOTHED);
-            let unexplained = SMOOTHED * (*z - momentum);
-            let bound = UNEXPLAINED * nominal.ratings[i][0] * maps::travel_per_radian(p);
-            is_on |= self.drags[i].add(unexplained.abs(), bound, 5.0 / SMOOTHED, h);
+            let unexplained = (SMOOTHED * (*z - momentum)).abs();
+            let is_odd = !(FACTOR[0]..FACTOR[1]).contains(factor);
+            let size = if is_odd { f64::INFINITY } else { unexplained };
+            let drags = self.drags[i].add(size, bound, 5.0 / SMOOTHED, h);
+            self.erring[i] |= drags && (is_found || is_odd);
+            is_on |= self.erring[i];
         }
         is_on
     }
@@ -331,17 +357,25 @@ impl Monitors {
             *q += reached * (differences[1] - *q);
             let size = (*d * *d + *q * *q).sqrt();
             let bound = CURRENT * nominal.parameters()[i].i_max;
-            is_on |= self.disobeys[i].add(size, bound, 0.0, h);
+            let disobeys = self.disobeys[i].add(size, bound, 0.0, h);
+            self.erring[i] |= disobeys;
+            is_on |= disobeys;
         }
         self.commanded = now.i_q_required;
         is_on
     }
-}
 
-/// Whether a joint of the wrist is faster than any command.
-fn wrist_runs_away(input: &Input) -> bool {
-    let limits = RateLimits::default().joint;
-    (3..DOF).any(|j| input.zeta_dot[j].abs() > RUNAWAY * limits[j])
+    /// Whether a joint of the wrist is faster than any command.
+    fn wrist_runs_away(&mut self, input: &Input, h: f64) -> bool {
+        let (limits, reached) = (RateLimits::default().joint, share(h * SMOOTHED));
+        let mut is_on = false;
+        for (j, rate) in (3..DOF).zip(&mut self.wrist) {
+            *rate += reached * (input.zeta_dot[j] - *rate);
+            self.erring[j] |= rate.abs() > RUNAWAY * limits[j];
+            is_on |= self.erring[j];
+        }
+        is_on
+    }
 }
 
 fn length(of: [f64; 3]) -> f64 {

@@ -1,5 +1,6 @@
-//! The run without a fault, which a run with one is compared with, and what the oracle does: it
-//! applies all brakes at the instant of the fault and turns the gates off once they have closed.
+//! The run without a fault, which a run with one is compared with, and what the oracle does: at the
+//! instant of the fault it applies all brakes and turns all gates off, as it knows that something
+//! errs but not what, so that no drive can be relied on while its brake closes.
 
 use anyhow::{Context, Result};
 use cosim::exchange::faults::{Effect, Faults};
@@ -16,8 +17,6 @@ use crate::setup::machine_choice::MachineFile;
 pub(super) const EVERY: f64 = 0.01;
 /// Time after which a braked machine is judged, s.
 pub(super) const STANDS: f64 = 3.0;
-/// Time within which brakes close, s; the gates stay on until then.
-const CLOSING: f64 = 0.05;
 
 /// Largest distance of the tip from its path, m, and largest rod force over the rated one, from an
 /// instant on.
@@ -137,27 +136,15 @@ impl Undisturbed {
 /// keeps its torques.
 fn oracle(system: &System, time: f64) -> Result<Faults> {
     let mut list = Vec::new();
-    let mut add = |name: String, effect, from| {
-        list.extend(system.port(&name).map(|port| on_wire(port, effect, from)));
+    let mut add = |name: String, effect| {
+        list.extend(system.port(&name).map(|port| on_wire(port, effect, time)));
     };
     for k in 1..=3 {
-        add(format!("emla_{k}.brake"), Effect::Override(1.0), time);
-        add(
-            format!("emla_{k}.enable"),
-            Effect::Override(0.0),
-            time + CLOSING,
-        );
-        add(format!("hdrm.tau_wrist[{k}]"), Effect::Freeze, time);
-        add(
-            format!("hdrm.wrist.brake[{k}]"),
-            Effect::Override(1.0),
-            time,
-        );
-        add(
-            format!("hdrm.wrist.enable[{k}]"),
-            Effect::Override(0.0),
-            time + CLOSING,
-        );
+        add(format!("emla_{k}.brake"), Effect::Override(1.0));
+        add(format!("emla_{k}.enable"), Effect::Override(0.0));
+        add(format!("hdrm.tau_wrist[{k}]"), Effect::Freeze);
+        add(format!("hdrm.wrist.brake[{k}]"), Effect::Override(1.0));
+        add(format!("hdrm.wrist.enable[{k}]"), Effect::Override(0.0));
     }
     let is_wired = |port: Port| system.wiring().map(|wiring| wiring.driver(port).is_some());
     let mut faults = Faults::default();
