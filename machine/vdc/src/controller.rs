@@ -12,7 +12,7 @@ use crate::law::{self, Instant, Rod};
 use crate::measured::{JointObserver, Sampling, Timing};
 use crate::nominal::Nominal;
 use crate::proof;
-use crate::reference::{Motion, Reference, Target, Trajectory, at_any_pose};
+use crate::reference::{Motion, Reference, Standstill, Target, Trajectory, at_any_pose};
 use crate::settings::{Level, Settings};
 use crate::signals::Input;
 use crate::state::State;
@@ -59,6 +59,7 @@ impl Controller {
                 joints: JointObserver::default(),
                 sampling: Sampling::default(),
                 motion: Motion::rest(&input.zeta),
+                standstill: Standstill::default(),
                 integral: Vector6::zeros(),
                 law_integral: [0.0; DOF],
                 bodies: Bodies::new(machine, settings.gains.inverse_bounds)?,
@@ -138,14 +139,20 @@ impl Controller {
         }
     }
 
-    /// `settings` with the gains that apply: lower under commanded rates and by the supervisor.
+    /// `settings` with the gains that apply: lower at rest, under commanded rates, and by the
+    /// supervisor.
     fn effective_settings<'a>(&self, settings: &'a Settings) -> Cow<'a, Settings> {
-        let supervisor = &self.state.supervisor;
-        if self.reference.rates().is_none() || settings.level == Level::Actuator {
-            return supervisor.effective_settings(settings);
+        let watched = self.state.supervisor.effective_settings(settings);
+        let share = match self.reference.rates() {
+            _ if settings.level == Level::Actuator => 0.0,
+            Some(_) => 1.0,
+            None => self.state.standstill.share(),
+        };
+        if share == 0.0 {
+            return watched;
         }
-        let mut resting = supervisor.effective_settings(settings).into_owned();
-        at_any_pose(&mut resting.gains);
+        let mut resting = watched.into_owned();
+        at_any_pose(&mut resting.gains, share);
         Cow::Owned(resting)
     }
 

@@ -125,10 +125,18 @@ impl Evaluation {
         std::array::from_fn(|i| [self.demands[i].f_r - F[i], self.rate_error[i]])
     }
 
-    /// What measurements are compared with; None at [`crate::Level::Actuator`].
-    pub(crate) fn plausibility(&self) -> Option<Plausibility> {
+    /// Whether the payload is being weighed.
+    pub(crate) fn weighs(&self) -> bool {
+        let machine = self.machine.as_ref();
+        machine.is_some_and(|machine| machine.weighing.is_some())
+    }
+
+    /// What measurements are compared with, where the reference `waits` for a joint or does not; None
+    /// at [`crate::Level::Actuator`].
+    pub(crate) fn plausibility(&self, waits: bool) -> Option<Plausibility> {
         let machine = self.machine.as_ref()?;
         Some(Plausibility {
+            waits,
             tip_error: self.output.tip_error,
             orientation_error: self.output.orientation_error_norm,
             primes: machine.strokes.map(|stroke| stroke.prime),

@@ -195,6 +195,11 @@ impl Supervisor {
         Cow::Owned(lowered)
     }
 
+    /// Forgets what swung so far, by gains for a payload that is not there.
+    pub(crate) fn forget_swings(&mut self) {
+        self.errors = Default::default();
+    }
+
     /// Oscillation power of each rod over its rating `[N, m/s]`.
     fn powers(&self, ratings: &[[f64; 2]; 3]) -> [f64; 3] {
         std::array::from_fn(|i| {

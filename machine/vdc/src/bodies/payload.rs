@@ -25,6 +25,8 @@ const LEAST_MOMENT: f64 = 0.2;
 /// Share of the nominal payload below which the hook counts as empty; above it the gains for the
 /// payload have a phase margin, even with a delay of three steps.
 const EMPTY: f64 = 0.33;
+/// Factor on it for a hook that has been found empty, or a doubt would make it set off again.
+const STAYS: f64 = 1.5;
 /// Share of an empty hook: negligible compared with the wrist's own inertia.
 const NOTHING: f64 = 0.02;
 /// Moment that an empty hook may seem to hold, over the largest of the payload's weight: that of 15
@@ -104,7 +106,8 @@ impl Weighing {
             let momentum = hook.own[j] * (felt.rate[j] - self.rates[j]);
             self.slope[j] += h * self.time * (self.impulse[j] - momentum);
         }
-        self.is_empty = share < EMPTY && self.mass(hook) < EMPTY && !self.holds_moment(hook);
+        let part = if self.is_empty { STAYS } else { 1.0 } * EMPTY;
+        self.is_empty = share < part && self.mass(hook) < part && !self.holds_moment(hook);
         if self.is_empty { NOTHING } else { 1.0 }
     }
 

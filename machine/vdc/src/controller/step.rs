@@ -9,7 +9,7 @@ use crate::evaluation::Evaluation;
 use crate::law;
 use crate::measured::{DELAY_MAX, SAMPLES_MAX, SLACK, Timing, predict};
 use crate::nominal::Nominal;
-use crate::reference::{Motion, Reference, Target};
+use crate::reference::{Motion, Reference, Target, feedback_at_rest};
 use crate::settings::{Level, Settings};
 use crate::signals::Input;
 use crate::state::State;
@@ -75,6 +75,16 @@ impl Controller {
         } = self;
         let is_blocked = state.motion.is_blocked();
         if let Some(machine) = &now.machine {
+            if reference.rates().is_none() {
+                // Keeps Λ z, which the integral contributes to the required rates.
+                let before = feedback_at_rest(state.standstill.share());
+                state.standstill.advance(&machine.desired, h);
+                let after = feedback_at_rest(state.standstill.share());
+                state
+                    .integral
+                    .fixed_rows_mut::<3>(0)
+                    .scale_mut(before / after);
+            }
             let is_empty = machine.weighing.as_ref().is_some_and(|hook| {
                 let felt = HookReadings {
                     torque: now.output.tau_wrist,
@@ -204,6 +214,9 @@ impl Controller {
     }
 }
 
+/// Time after the start within which an empty hook is found, s; what moves before does not count.
+const SETS_OFF: f64 = 0.1;
+
 /// Advances the supervisor by `h` s, and applies a new stage to the rest of the state.
 fn supervise(
     nominal: &Nominal,
@@ -220,8 +233,14 @@ fn supervise(
         supervisor.average_wrist_torques(&now.output.tau_wrist, h);
     }
     let tripped = (input.tripped.iter().any(|tripped| *tripped)).then_some(Cause::Tripped);
+    // An empty hook sets off with the moment of the nominal payload, until it is found empty.
+    let sets_off = now.weighs() && state.t - state.t_start < SETS_OFF;
+    if sets_off {
+        supervisor.forget_swings();
+    }
     let implausible = now
-        .plausibility()
+        .plausibility(state.motion.is_blocked())
+        .filter(|_| !sets_off)
         .and_then(|now| supervisor.monitor(&now, nominal, settings, input, h));
     let observed = Observed {
         errors: now.rod_errors(&input.F),

@@ -101,21 +101,26 @@ const RETURNS: f64 = 0.1;
 /// Time constant over the smoothing's with which it returns: critically damped, as before an end.
 const BACK: f64 = 4.0;
 
-/// Factors on the feedback of the joints' angles, and on γ, under commanded rates.
+/// Factors on the feedback of positions, and on γ, at rest and under commanded rates.
 const FEEDBACK: f64 = 0.5;
 const SLOWER: f64 = 4.0;
 
-/// Changes gains that suit a path to those with which the machine rests at any pose, where an
-/// operator may leave it, with any payload.
+/// Changes gains that suit a path by `share`, 0 to 1, to those with which the machine rests at any
+/// pose, where an operator may leave it, with any payload.
 ///
 /// The feedback Λ on angles at the load side is an integrator in front of the boom's mode ω with
 /// the damping ζ, and needs `Λ < 2 ζ ω`. Without weight on it the slew has little damping, and its
 /// play makes it swing. The adaptation acts on each body's weight as a spring, whose frequency must
 /// stay within the bandwidth of the rods' forces; that falls where a rod has a short lever.
-pub(crate) fn at_any_pose(gains: &mut Gains) {
-    gains.Lambda_position *= FEEDBACK;
-    gains.omega_tip *= FEEDBACK;
-    gains.gamma *= SLOWER;
+pub(crate) fn at_any_pose(gains: &mut Gains, share: f64) {
+    gains.Lambda_position *= feedback_at_rest(share);
+    gains.omega_tip *= feedback_at_rest(share);
+    gains.gamma *= 1.0 + (SLOWER - 1.0) * share;
+}
+
+/// Factor on the feedback of positions with a `share` of these gains.
+pub(crate) fn feedback_at_rest(share: f64) -> f64 {
+    1.0 - (1.0 - FEEDBACK) * share
 }
 
 impl Rates {

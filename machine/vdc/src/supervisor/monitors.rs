@@ -69,6 +69,8 @@ pub(crate) struct Plausibility {
     /// Desired minus actual tip position, m, and angle between the orientations, rad.
     pub(crate) tip_error: [f64; 3],
     pub(crate) orientation_error: f64,
+    /// Whether commanded rates wait for a joint that does not follow: the error is bounded then.
+    pub(crate) waits: bool,
     /// Rod travel per angle of the first three joints, m/rad.
     pub(crate) primes: [f64; 3],
     /// Required joint rates, rad/s.
@@ -232,6 +234,9 @@ impl Monitors {
         // Without a model the error is that of the load, and the law has no bound for it.
         let has_model = settings.mode.law().knows_actuators();
         let removes = REMOVED / gains.omega_tip.max(1e-3);
+        if now.waits {
+            self.settled = 0.0;
+        }
         if self.settled < removes {
             self.settled = if error < SLOW * most {
                 self.settled + h
