@@ -35,6 +35,11 @@ pub(crate) trait Algorithm {
     /// its linear equations have no solution.
     fn step<S: System>(&mut self, system: &mut S, step: &mut Step) -> Result<bool, S::Error>;
 
+    /// The same, without further evaluations and perhaps less exact, to look for events.
+    fn rough_output<S: System>(&mut self, system: &mut S, step: &mut Step) -> Result<(), S::Error> {
+        self.dense_output(system, step)
+    }
+
     /// The interpolation of the states within the last step.
     fn dense_output<S: System>(&mut self, system: &mut S, step: &mut Step) -> Result<(), S::Error>;
 }

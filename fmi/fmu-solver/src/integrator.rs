@@ -128,14 +128,17 @@ impl Integrator {
         let step = &mut self.workspace.step;
         (step.t, step.s, step.dt) = (t, 0.0, 0.0);
         step.x.copy_from_slice(x);
+        let indicators = &mut self.workspace.indicators;
+        if self.event.is_none() {
+            indicators.fired.fill(0.0);
+        }
         (self.at, self.reach, self.event) = (0.0, 0.0, None);
         if is_other {
             self.control = Control::new(0.0);
         }
-        let indicators = &mut self.workspace.indicators;
         match indicators.is_empty() {
             true => Ok(()),
-            false => system.indicators(0.0, x, &mut indicators.0[0]),
+            false => system.indicators(0.0, x, &mut indicators.values[0]),
         }
     }
 
@@ -180,7 +183,7 @@ impl Integrator {
         x.copy_from_slice(&step.end);
         swap(&mut step.x, &mut step.end);
         (step.s, step.dt) = (self.reach, 0.0);
-        indicators.0.swap(0, 1);
+        indicators.pass();
     }
 
     fn internal_step<S: System>(
@@ -304,8 +307,9 @@ impl Integrator {
             dense,
             ..
         } = &self.workspace.step;
-        let Indicators([start, after, ..]) = &self.workspace.indicators;
-        [nominal, x, end, start, after, &self.explicit.0[6]]
+        let Indicators { values, fired } = &self.workspace.indicators;
+        let [start, after, ..] = values;
+        [nominal, x, end, start, after, fired, &self.explicit.0[6]]
             .into_iter()
             .chain(dense)
     }
@@ -318,32 +322,24 @@ impl Integrator {
             dense,
             ..
         } = &mut self.workspace.step;
-        let Indicators([start, after, ..]) = &mut self.workspace.indicators;
-        [nominal, x, end, start, after, &mut self.explicit.0[6]]
+        let Indicators { values, fired } = &mut self.workspace.indicators;
+        let [start, after, ..] = values;
+        [nominal, x, end, start, after, fired, &mut self.explicit.0[6]]
             .into_iter()
             .chain(dense)
     }
 }
 
 impl Workspace {
-    /// Where in the internal step the first event is, from 0 to 1; the middle is looked at too, since
-    /// steps may be long.
+    /// Where in the internal step the first event is, from 0 to 1.
     fn event_in_step<S: System>(&mut self, system: &mut S) -> Result<Option<f64>, S::Error> {
         let (step, indicators) = (&mut self.step, &mut self.indicators);
         if indicators.is_empty() {
             return Ok(None);
         }
-        let Step { s, dt, .. } = *step;
-        let mut within = 0.5;
-        let middle = step.interpolate(within);
-        system.indicators(s + within * dt, middle, &mut indicators.0[1])?;
-        if !indicators.has_event() {
-            within = 1.0;
-            system.indicators(s + dt, &step.end, &mut indicators.0[1])?;
-            if !indicators.has_event() {
-                return Ok(None);
-            }
-        }
+        let Some(within) = indicators.find(system, step)? else {
+            return Ok(None);
+        };
         indicators.locate(system, step, within).map(Some)
     }
 }

@@ -129,7 +129,9 @@ struct Workspace {
 impl Solver {
     /// A solver for states with these nominal values (magnitudes, > 0) and this number of event
     /// indicators. No internal step is longer than `longest`, s, which may be infinite for methods
-    /// with a tolerance. Two sign changes of an indicator in one internal step are missed.
+    /// with a tolerance. Of two sign changes of an indicator in one internal step the first is found
+    /// if a parabola shows the indicator's course there: through its values at both ends and in the
+    /// middle.
     #[must_use]
     pub fn new(method: Method, nominal: Vec<f64>, indicators: usize, longest: f64) -> Self {
         let n = nominal.len();
@@ -155,12 +157,26 @@ impl Solver {
         self.workspace.counts
     }
 
+    /// Starts a communication step, which does not follow the last event.
+    pub fn restart(&mut self) {
+        self.workspace.indicators.fired.fill(0.0);
+    }
+
+    /// The first indicator that has changed its sign at the last event, by its index.
+    #[must_use]
+    pub fn event_indicator(&self) -> Option<usize> {
+        let fired = &self.workspace.indicators.fired;
+        fired.iter().position(|fired| *fired > 0.0)
+    }
+
     /// Advances the states `x` from the time `t` by `h`, both s, or to the first event. `first` is
     /// the internal step to try first, s (0: not known), and afterwards that for the next
     /// communication step. On an error both are as before.
     ///
     /// Returns the time of the event after `t`, s, if there was one: the states are those just
-    /// after it. Once the event is handled, call again with the rest of `h`.
+    /// after it. Once the event is handled, call again with the rest of `h`. An indicator that then
+    /// returns at once, within a thousandth of an internal step, has not left its side: a ball that
+    /// is thrown back is above the floor.
     ///
     /// # Errors
     /// See [`Failure`].
@@ -175,7 +191,7 @@ impl Solver {
         workspace.step.x.copy_from_slice(x);
         (workspace.step.t, workspace.step.s) = (t, 0.0);
         if !workspace.indicators.is_empty() {
-            system.indicators(0.0, x, &mut workspace.indicators.0[0])?;
+            system.indicators(0.0, x, &mut workspace.indicators.values[0])?;
         }
         let (event, next) = match &mut self.algorithm {
             AnyAlgorithm::Fixed(method) => (workspace.fixed_steps(method, system, h)?, *first),
@@ -215,7 +231,7 @@ impl Workspace {
                 error,
                 dense: vectors(if is_dense { n } else { 0 }),
             },
-            indicators: Indicators(vectors(indicators)),
+            indicators: Indicators::new(indicators),
             counts: Counts::default(),
         }
     }
@@ -251,16 +267,18 @@ impl Workspace {
     ) -> Result<Option<f64>, Failure<S::Error>> {
         self.counts.steps += 1;
         let (step, indicators) = (&mut self.step, &mut self.indicators);
-        let Step { s, dt, .. } = *step;
         if !indicators.is_empty() {
-            system.indicators(s + dt, &step.end, &mut indicators.0[1])?;
-            if indicators.has_event() {
+            method.rough_output(system, step)?;
+            if indicators.find(system, step)?.is_some() {
                 method.dense_output(system, step)?;
-                let at = indicators.locate(system, step, 1.0)?;
-                std::mem::swap(&mut step.x, &mut step.error);
-                return Ok(Some(s + at * dt));
+                // The exact states may have no event where the rough ones have.
+                if let Some(within) = indicators.find(system, step)? {
+                    let at = indicators.locate(system, step, within)?;
+                    std::mem::swap(&mut step.x, &mut step.error);
+                    return Ok(Some(step.s + at * step.dt));
+                }
             }
-            indicators.0.swap(0, 1);
+            indicators.pass();
         }
         std::mem::swap(&mut step.x, &mut step.end);
         Ok(None)

@@ -62,7 +62,10 @@ pub(crate) struct Rosenbrock {
     pattern: SparsityPattern,
     groups: Vec<Vec<usize>>,
     places: Vec<usize>,
+    /// −∂f/∂x + 1/(γ dt), each state relative to its nominal value.
     band: BandMatrix,
+    /// The element on the diagonal, for states whose rate depends on no other state; else NaN.
+    alone: Vec<f64>,
     /// In the order of the pattern.
     jacobian: Vec<f64>,
     stages: [Vec<f64>; 8],
@@ -81,6 +84,7 @@ impl Rosenbrock {
             groups: pattern.groups(),
             places,
             band: BandMatrix::new(n, lower, upper),
+            alone: vec![0.0; n],
             jacobian: vec![0.0; pattern.non_zeros()],
             pattern,
             stages: vectors(n),
@@ -124,12 +128,19 @@ impl Rosenbrock {
     }
 
     /// Factorizes 1/(γ dt) − ∂f/∂x.
-    fn factorize(&mut self, dt: f64) -> bool {
+    fn factorize(&mut self, dt: f64, nominal: &[f64]) -> bool {
         self.band.clear();
+        self.alone.fill(1.0 / (GAMMA * dt));
         for j in 0..self.pattern.len() {
             let column = self.places[j];
             for (place, i) in self.pattern.column(j) {
-                *self.band.at(self.places[i], column) = -self.jacobian[place];
+                let rate = self.jacobian[place];
+                *self.band.at(self.places[i], column) = -rate * nominal[j] / nominal[i];
+                match i == j {
+                    true => self.alone[i] -= rate,
+                    false if rate != 0.0 => self.alone[i] = f64::NAN,
+                    false => {}
+                }
             }
             *self.band.at(column, column) += 1.0 / (GAMMA * dt);
         }
@@ -156,8 +167,8 @@ impl Algorithm for Rosenbrock {
     }
 
     fn step<S: System>(&mut self, system: &mut S, step: &mut Step) -> Result<bool, S::Error> {
-        let (s, dt, end) = (step.s, step.dt, &mut step.end);
-        if !self.factorize(dt) {
+        let (s, dt, end, nominal) = (step.s, step.dt, &mut step.end, &step.nominal);
+        if !self.factorize(dt, nominal) {
             return Ok(false);
         }
         for k in 0..8 {
@@ -174,12 +185,16 @@ impl Algorithm for Rosenbrock {
             }
             add(&mut self.right, [D[k] * dt], &self.rates[1..]);
             add(&mut self.right, C[k].iter().map(|c| c / dt), &self.stages);
-            for (place, right) in self.places.iter().zip(&self.right) {
-                self.ordered[*place] = *right;
+            for (i, place) in self.places.iter().enumerate() {
+                self.ordered[*place] = self.right[i] / nominal[i];
             }
             self.band.solve(&mut self.ordered);
-            for (place, stage) in self.places.iter().zip(&mut self.stages[k]) {
-                *stage = self.ordered[*place];
+            // Swapped rows mix the rounding errors of all states, but a rate of zero stays zero.
+            for (i, place) in self.places.iter().enumerate() {
+                self.stages[k][i] = match self.alone[i].is_nan() {
+                    true => nominal[i] * self.ordered[*place],
+                    false => self.right[i] / self.alone[i],
+                };
             }
         }
         step.error.copy_from_slice(&self.stages[7]);

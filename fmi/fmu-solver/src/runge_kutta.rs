@@ -31,6 +31,16 @@ impl Algorithm for RungeKutta {
         Ok(true)
     }
 
+    /// The parabola through both ends with the rate at the start.
+    fn rough_output<S: System>(&mut self, _: &mut S, step: &mut Step) -> Result<(), S::Error> {
+        let [a, b, _] = &mut step.dense;
+        b.fill(0.0);
+        for (i, x) in step.x.iter().enumerate() {
+            a[i] = step.dt * self.0[0][i] - (step.end[i] - x);
+        }
+        Ok(())
+    }
+
     /// The cubic Hermite interpolation, of order 3.
     fn dense_output<S: System>(&mut self, system: &mut S, step: &mut Step) -> Result<(), S::Error> {
         let [start_rate, end_rate, ..] = &mut self.0;

@@ -10,7 +10,8 @@ use syn::{Error, Expr, ExprLit, ExprUnary, Lit, Result, UnOp};
 pub(crate) fn check(field: &Field, role: Role) -> Result<()> {
     let mut wrong: Vec<Error> = Vec::new();
     let is_discrete = role == Role::State && field.attributes.has("discrete");
-    if let Some(reason) = type_error(field.kind, role).filter(|_| !is_discrete) {
+    let is_integrated = field.is_variable() && !is_discrete;
+    if let Some(reason) = type_error(field.kind, role).filter(|_| is_integrated) {
         wrong.push(Error::new(syn::spanned::Spanned::span(&field.ty), reason));
     }
     for (key, span) in &field.attributes.keys {
@@ -52,7 +53,7 @@ fn key_error(key: &str, field: &Field, role: Role) -> Option<String> {
         "start" => None,
         _ if attributes.has("skip") => Some("a skipped field is not a variable".to_owned()),
         _ if kind == Kind::Struct => {
-            Some("write it on the fields of the struct, which itself is not a variable".to_owned())
+            Some("write it on the fields of the struct, which itself is not a variable; an enumeration is the field `Choice<…>`".to_owned())
         }
         "unit" | "display_unit" | "nominal" if !kind.is_float() => of("an f64 or f32"),
         "min" | "max" if !is_number => of("an f64, an f32 or an integer"),

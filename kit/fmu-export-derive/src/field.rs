@@ -18,6 +18,19 @@ pub(crate) enum Role {
     State,
 }
 
+impl Role {
+    /// The function that requires the derive of a struct in a field.
+    pub(crate) fn requirement(self) -> Ident {
+        let name = match self {
+            Role::Parameter => "is_parameter",
+            Role::Input => "is_input",
+            Role::Output => "is_output",
+            Role::State => "is_state",
+        };
+        Ident::new(name, Span::call_site())
+    }
+}
+
 /// The type of a variable.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
@@ -90,10 +103,13 @@ impl Field {
     pub(crate) fn new(field: &SynField) -> Result<Self> {
         let ident = field.ident.clone().expect("named fields only");
         let attributes = Attributes::from_field(field)?;
-        let (kind, shape) = if attributes.has("skip") {
-            (Kind::Struct, Shape::Scalar)
-        } else {
-            kind(&field.ty)?
+        let (kind, shape) = match kind(&field.ty) {
+            // Of any type; serde has no arrays of more than 32 elements.
+            Ok((kind, Shape::Array(lengths))) if attributes.has("skip") && kind.has_arrays() => {
+                (kind, Shape::Array(lengths))
+            }
+            _ if attributes.has("skip") => (Kind::Struct, Shape::Scalar),
+            found => found?,
         };
         let name = match &attributes.name {
             Some(name) => name.value(),

@@ -38,7 +38,7 @@
 //! | `rate_depends_on(u, x[i])` | states | the inputs and states that act on the derivative, for Model Exchange. Without it: all |
 //! | `local` | outputs, states | is a local variable, not meant for wiring |
 //! | `calculated` | outputs | is a calculated parameter: a function of the parameters alone |
-//! | `skip` | parameters, states | is no variable; a parameter is then its `start`, or else the `Default` of its type |
+//! | `skip` | parameters, states | is no variable and not integrated, only saved: of any type with `Clone`, `Default` and serde's traits. It begins as its `start`, else as `Default`; after that a setter changes it among the parameters, `event` in a state |
 //!
 //! | `#[fmu(…)]` on a state | means |
 //! |---|---|

@@ -17,10 +17,10 @@ pub(crate) fn derive(ident: &Ident, fields: &[Field], role: Role) -> TokenStream
     let fields: Vec<_> = fields.iter().filter(|field| field.is_variable()).collect();
     let names = fields.iter().map(|field| &field.name);
     let parts = (fields.iter().enumerate()).flat_map(|(k, field)| parts(field, role, k));
-    let checks = fields.iter().map(|field| match (field.kind, role) {
-        (Kind::Struct, Role::Output | Role::State) => {
-            let ty = field.element();
-            quote_spanned!(ty.span()=> const _: () = __fmu::is_output::<#ty>();)
+    let checks = fields.iter().map(|field| match field.kind {
+        Kind::Struct => {
+            let (ty, is_there) = (field.element(), role.requirement());
+            quote_spanned!(ty.span()=> const _: () = __fmu::#is_there::<#ty>();)
         }
         _ => {
             let (units, size) = (units(field), size(field));

@@ -128,7 +128,11 @@ pub(crate) fn derive(
                 let text = "`start`: the struct is a part of a state; write it on the field that holds the struct";
                 Err(Error::new_spanned(start, text))
             }
-            None => Ok(quote!(#vector impl __fmu::Output for #ident {})),
+            None => Ok(quote! {
+                #vector
+                impl __fmu::Output for #ident {}
+                impl __fmu::StatePart for #ident {}
+            }),
         },
     }
 }
@@ -136,7 +140,7 @@ pub(crate) fn derive(
 fn vector_impl(ident: &Ident, fields: &[Field]) -> TokenStream {
     let fields: Vec<_> = fields
         .iter()
-        .filter(|field| !field.attributes.has("discrete"))
+        .filter(|field| field.is_variable() && !field.attributes.has("discrete"))
         .collect();
     let members: Vec<_> = fields.iter().map(|field| &field.ident).collect();
     let types: Vec<_> = fields.iter().map(|field| &field.ty).collect();

@@ -7,7 +7,7 @@ use crate::field::{Field, Kind, Role, Shape};
 use crate::values::{start_value, zero};
 use crate::{check, rows, state};
 use proc_macro2::{Span, TokenStream};
-use quote::{quote, quote_spanned};
+use quote::{format_ident, quote, quote_spanned};
 use syn::spanned::Spanned;
 use syn::{Attribute, Data, DeriveInput, Error, Fields, Ident, Result};
 
@@ -28,11 +28,19 @@ pub(crate) fn derive(input: &DeriveInput, role: Role) -> Result<TokenStream> {
     combined(fields.iter().map(|field| check::check(field, role)))?;
     let rows = rows::derive(ident, &fields, role);
     let kind = match role {
-        Role::Parameter => start(ident, &fields, &quote!(Parameters)),
-        Role::Input => start(ident, &fields, &quote!(Input)),
+        Role::Parameter => start(ident, &fields, "Parameters"),
+        Role::Input => start(ident, &fields, "Input"),
         Role::Output => quote!(impl __fmu::Output for #ident {}),
         Role::State => state::derive(ident, &fields, model.as_ref())?,
     };
+    let skipped = fields.iter().filter(|field| !field.is_variable());
+    let skipped = skipped.map(|field| {
+        let ty = field.value();
+        let has_start = role == Role::Parameter && field.attributes.start.is_some();
+        let is_saved = format_ident!("{}", if has_start { "is_saved" } else { "is_saved_default" });
+        quote_spanned!(ty.span()=> const _: () = __fmu::#is_saved::<#ty>();)
+    });
+    let skipped: TokenStream = skipped.collect();
     let data = if table_only {
         TokenStream::new()
     } else {
@@ -45,6 +53,7 @@ pub(crate) fn derive(input: &DeriveInput, role: Role) -> Result<TokenStream> {
             #[allow(unused_imports)]
             use __fmu::Fallback as _;
             #rows
+            #skipped
             #kind
             #data
         };
@@ -93,13 +102,15 @@ fn is_table_only(attributes: &[Attribute]) -> Result<bool> {
 }
 
 /// Generates the function `start` with the start values.
-fn start(ident: &Ident, fields: &[Field], kind: &TokenStream) -> TokenStream {
+fn start(ident: &Ident, fields: &[Field], kind: &str) -> TokenStream {
+    let kind = Ident::new(kind, Span::call_site());
+    let function = format_ident!("start_{}", kind.to_string().to_lowercase());
     let values = fields.iter().map(|field| {
         let member = &field.ident;
         let ty = field.element();
         let value = match (&field.attributes.start, field.kind) {
             (None, Kind::Struct) if field.is_variable() => {
-                let start = quote_spanned!(ty.span()=> <#ty as __fmu::#kind>::start());
+                let start = quote!(__fmu::FieldType::<#ty>::#function());
                 match field.shape {
                     Shape::Scalar => start,
                     _ => quote!(::core::array::from_fn(|_| #start)),

@@ -16,7 +16,10 @@ mod solver;
 
 pub use array_serde::{ArrayCells, DeserializedArray, SerializedArray};
 pub use choice::{Choice, Enumerated, Item};
-pub use fallback::{Fallback, FallbackRows, FieldRows, FieldType, is_output};
+pub use fallback::{
+    Fallback, FallbackRows, FieldRows, FieldType, is_input, is_output, is_parameter, is_saved,
+    is_saved_default, is_state,
+};
 pub use name::Name;
 pub use ode::{Ode, OutputsPath, State, StateAndOutputs, StatePath, Vector};
 pub use path::{Path, Root};
@@ -33,7 +36,8 @@ use serde::{Serialize, de::DeserializeOwned};
     message = "`{Self}` cannot be a parameter",
     label = "not a type of parameter",
     note = "a parameter is an f64, an f32, an integer, a bool, a String, a Binary, a Choice<…>, an array or a Vec of one of them, or \
-            a struct with #[derive(Parameters)]"
+            a struct with #[derive(Parameters)]",
+    note = "an enumeration is written `Choice<{Self}>`; the derives know types by their names, so an alias is not known"
 )]
 pub trait Parameters: Clone + Serialize + DeserializeOwned {
     /// The start values.
@@ -45,7 +49,8 @@ pub trait Parameters: Clone + Serialize + DeserializeOwned {
     message = "`{Self}` cannot be an input",
     label = "not a type of input",
     note = "an input is an f64, an f32, an integer, a bool, a String, a Binary, a Choice<…>, an array or a Vec of one of them, or a \
-            struct with #[derive(Input)]"
+            struct with #[derive(Input)]",
+    note = "an enumeration is written `Choice<{Self}>`; the derives know types by their names, so an alias is not known"
 )]
 pub trait Input: Clone + Default + Serialize + DeserializeOwned {
     /// The start values.
@@ -57,9 +62,20 @@ pub trait Input: Clone + Default + Serialize + DeserializeOwned {
     message = "`{Self}` cannot be an output",
     label = "not a type of output",
     note = "an output is an f64, an f32, an integer, a bool, a String, a Binary, a Choice<…>, an array or a Vec of one of them, a \
-            &'static str, or a struct with #[derive(Output)]"
+            &'static str, or a struct with #[derive(Output)]",
+    note = "an enumeration is written `Choice<{Self}>`; the derives know types by their names, so an alias is not known"
 )]
 pub trait Output: Clone + Default {}
+
+/// A struct of states within that of a model: `#[derive(State)]` without further structs.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` cannot be a part of a state",
+    label = "not a type of state",
+    note = "a state is an f64, an array or a Vec of f64, or a struct with #[derive(State)]; with `#[fmu(discrete)]`, what only events \
+            change, any type of variable; with `#[fmu(skip)]`, what is no variable, any type",
+    note = "an enumeration is written `#[fmu(discrete)]` and `Choice<{Self}>`; the derives know types by their names, so an alias is not known"
+)]
+pub trait StatePart: Vector + Output {}
 
 impl Parameters for () {
     fn start() {}

@@ -196,3 +196,81 @@ fn indicators_of_any_shape_are_located() {
         assert!(count.get() < 230, "{}", count.get());
     }
 }
+
+/// A ball whose flights become shorter than the internal step, until their lengths are those of
+/// rounded times: each landing is found, at √(2/g) (1 + 2 e + 2 e² + …), and it stays above the floor.
+/// Landings are rounded to some ε of the time, which their number multiplies.
+#[test]
+fn short_flights_are_found() {
+    const G: f64 = 9.81;
+    for (method, longest) in [
+        (Method::Fixed, 0.01),
+        (Method::Adaptive, f64::INFINITY),
+        (Method::Stiff(SparsityPattern::full(2)), f64::INFINITY),
+    ] {
+        for e in [0.1, 0.7_f64] {
+            let mut solver = solver(&method, 2, 1, longest, 1e-6);
+            let (mut x, mut first, mut now) = ([1.0, 0.0], 0.0, 0.0);
+            let fall = |_: f64, x: &[f64], dx: &mut [f64]| {
+                (dx[0], dx[1]) = (x[1], -G);
+                Ok(())
+            };
+            let z = |_: f64, x: &[f64], z: &mut [f64]| z[0] = x[0];
+            let mut problem = Problem {
+                f: fall,
+                z,
+                evaluations: 0.into(),
+            };
+            let (fall_time, mut bounces, mut exact) = ((2.0 / G).sqrt(), 0, (2.0 / G).sqrt());
+            // 5.0 s is long after the last bounce, so it ends only where no event is found.
+            for k in 0..150 {
+                let found = solver.advance(&mut problem, (now, 5.0 - now), &mut x, &mut first);
+                let Some(event) = found.unwrap() else {
+                    panic!("{method:?} {e}: lost after {k} events at {now}: {x:?}");
+                };
+                assert_eq!(solver.event_indicator(), Some(0));
+                now += event;
+                let error = (now - exact).abs();
+                assert!(error < 1e-12, "{method:?} {e} {k}: {now} {exact}");
+                assert!(x[0].abs() < 1e-13, "{method:?} {e} {k}: {x:?}");
+                // Flights that rounded times cannot tell apart may end while it still rises.
+                if x[1] < 0.0 {
+                    x[1] *= -e;
+                    bounces += 1;
+                    exact += 2.0 * fall_time * e.powi(bounces);
+                }
+            }
+            assert!(bounces > 12, "{method:?} {e}: {bounces}");
+        }
+    }
+}
+
+/// An indicator that is crossed and crossed back within one internal step: by a parabola (a throw
+/// above a ceiling), and by the trough of a wave. The first crossing is the event.
+#[test]
+fn two_crossings_within_a_step_are_found() {
+    const G: f64 = 9.81;
+    for (method, longest) in [
+        (Method::Fixed, 1.0),
+        (Method::Adaptive, f64::INFINITY),
+        (Method::Stiff(SparsityPattern::full(2)), f64::INFINITY),
+    ] {
+        for at in [0.1, 0.43, 0.8] {
+            // Highest at `at`, by 1e-4 m above the ceiling.
+            let mut solver = solver(&method, 2, 1, longest, 1e-6);
+            let throw = |_: f64, x: &[f64], dx: &mut [f64]| {
+                (dx[0], dx[1]) = (x[1], -G);
+                Ok(())
+            };
+            let ceiling = 0.5 * G * at * at - 1e-4;
+            let z = |_: f64, x: &[f64], z: &mut [f64]| z[0] = ceiling - x[0];
+            let mut problem = Problem { f: throw, z, evaluations: 0.into() };
+            let event = solver
+                .advance(&mut problem, (0.0, 1.0), &mut [0.0, G * at], &mut 1.0)
+                .unwrap();
+            let exact = at - (2e-4_f64 / G).sqrt();
+            let error = (event.expect("above the ceiling") - exact).abs();
+            assert!(error < 1e-9, "{method:?} {at}: {error:e}");
+        }
+    }
+}

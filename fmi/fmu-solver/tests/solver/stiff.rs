@@ -226,3 +226,31 @@ fn a_rod_follows_its_closed_form() {
         }
     }
 }
+
+/// Oracle: a state without a rate keeps its bits, and so does one that decays and is zero, whatever
+/// fast states beside them do, which read them and differ from them by orders of magnitude.
+#[test]
+fn a_rate_of_zero_stays_zero() {
+    let f = |_: f64, x: &[f64], dx: &mut [f64]| -> Answer {
+        dx[0] = -1e6 * (x[0] - 1e5 * x[1].cos()) + 3e7 * x[2] - 4e8 * x[3];
+        dx[1] = 0.7 * x[2] - 1e-7 * x[0] + 2.0 * x[3];
+        (dx[2], dx[3]) = (0.0, -5.0 * x[3]);
+        Ok(())
+    };
+    for nominal in [[1.0; 4], [1e5, 1.0, 1e-3, 1e-6]] {
+        let mut solver = Solver::new(
+            Method::Stiff(SparsityPattern::full(4)),
+            nominal.to_vec(),
+            0,
+            f64::INFINITY,
+        );
+        let (mut x, mut first) = ([0.0, 0.3, 0.1, 0.0], 0.0);
+        for k in 0..70 {
+            let t = f64::from(k) * 0.01;
+            solver
+                .advance(&mut Problem::new(f), (t, 0.01), &mut x, &mut first)
+                .unwrap();
+        }
+        assert_eq!((x[2], x[3]), (0.1, 0.0), "{x:?}");
+    }
+}

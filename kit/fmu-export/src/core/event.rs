@@ -1,5 +1,7 @@
 //! The result of event handling, which a model returns and Model Exchange and solvers read.
 
+use super::error::ModelError;
+
 /// The result of [`Continuous::event`](crate::Continuous::event).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
@@ -25,6 +27,46 @@ impl Event {
         Self {
             next: Some(t),
             ..Self::NONE
+        }
+    }
+}
+
+/// Most iterations of one event.
+const MOST_ITERATIONS: u32 = 10_000;
+
+/// Lets the model handle an event at `t`, s, until no further iteration is needed.
+pub(crate) fn handle(
+    t: f64,
+    mut iterate: impl FnMut() -> Result<Event, ModelError>,
+) -> Result<Event, ModelError> {
+    for _ in 0..MOST_ITERATIONS {
+        let event = iterate()?;
+        event.check(t)?;
+        if !event.again {
+            return Ok(event);
+        }
+    }
+    Err(ModelError::new(format!(
+        "t = {t} s: an event does not end after {MOST_ITERATIONS} iterations"
+    )))
+}
+
+impl Event {
+    /// When the model has to handle the next time event, s; −infinite: at once.
+    pub(crate) fn due(&self) -> f64 {
+        match self.again || self.terminate {
+            true => f64::NEG_INFINITY,
+            false => self.next.unwrap_or(f64::INFINITY),
+        }
+    }
+
+    /// Refuses a next time event that is not after this one at `t`, s.
+    pub(crate) fn check(&self, t: f64) -> Result<(), ModelError> {
+        match self.next {
+            Some(next) if !(next.is_finite() && next > t) => Err(ModelError::new(format!(
+                "the model's next time event, at {next} s, must be finite and after {t} s"
+            ))),
+            _ => Ok(()),
         }
     }
 }

@@ -126,8 +126,12 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
-    pub(crate) fn exit_initialization(&mut self) -> Result<(), Fault> {
+    /// Ends Initialization Mode; `has_event_mode`: the importer handles the first event.
+    pub(crate) fn exit_initialization(&mut self, has_event_mode: bool) -> Result<(), Fault> {
         self.model()?;
+        if M::EVENTS.is_some() && !has_event_mode {
+            self.first_event()?;
+        }
         self.state.phase = Phase::Stepping;
         self.report(Kind::Event, "initialized");
         Ok(())
@@ -187,6 +191,9 @@ impl<M: Model> Instance<M> {
         self.output_is_valid = false;
         self.equation_cache.invalidate();
         let is_initializing = self.state.phase == Phase::Initialization;
+        if M::EVENTS.is_some() && matches!(self.state.phase, Phase::Stepping | Phase::Exchange) {
+            self.state.event = f64::NEG_INFINITY;
+        }
         if is_evaluated || is_initializing {
             self.evaluation = None;
         }

@@ -50,6 +50,11 @@ pub trait Model: Clone + Serialize + DeserializeOwned + Send + 'static {
     /// [`ModelExchange::from_continuous`]`()` if it implements [`Continuous`](crate::Continuous).
     const MODEL_EXCHANGE: Option<ModelExchange<Self>> = None;
 
+    /// The equations of a model whose events the crate handles in Co-Simulation too: at the end of
+    /// initialization, within steps, and in Event Mode of FMI 3.0. None: its own `step` handles them.
+    #[doc(hidden)]
+    const EVENTS: Option<ModelExchange<Self>> = None;
+
     /// The table of variables, from which value references, getters and setters, and
     /// `modelDescription.xml` are made.
     fn variables() -> &'static [Variable<Self>];

@@ -2,7 +2,7 @@
 //! event indicators, sets time and states, and lets the model handle events.
 
 use super::equation_cache::Equations;
-use super::event::Event;
+use super::event::{self, Event};
 use super::fault::{Fault, check_number, discard, refuse};
 use super::instance::{Instance, collect_log, collect_messages, set_log_filter};
 use super::layout::{RowSpan, state};
@@ -24,7 +24,7 @@ pub(crate) struct EventOutcome {
 
 /// The model's equations; no instance is made for Model Exchange without them.
 pub(super) fn equations<M: Model>() -> Result<ModelExchange<M>, Fault> {
-    match M::MODEL_EXCHANGE {
+    match M::MODEL_EXCHANGE.or(M::EVENTS) {
         Some(equations) => Ok(equations),
         None => refuse!("this FMU offers Co-Simulation only"),
     }
@@ -216,14 +216,12 @@ impl<M: Model> Instance<M> {
             let backup = rate.get_or_insert_with(|| model.clone());
             backup.clone_from(model);
             let event = (equations.event)(model, p, u, t)?;
-            (equations.states)(backup, &mut before);
-            (equations.states)(model, &mut after);
-            match event.next {
-                Some(next) if !(next.is_finite() && next > t) => Err(ModelError::new(format!(
-                    "the model's next time event, at {next} s, must be finite and after {t} s"
-                ))),
-                _ => Ok(event),
+            if !before.is_empty() {
+                (equations.states)(backup, &mut before);
+                (equations.states)(model, &mut after);
             }
+            event.check(t)?;
+            Ok(event)
         });
         self.invalidate();
         if event.is_err() {
@@ -231,10 +229,28 @@ impl<M: Model> Instance<M> {
         }
         self.equation_cache.rate = rate;
         let event = event?;
-        self.state.event = t;
+        self.state.event = match self.state.phase {
+            Phase::Event => t,
+            _ => event.due(),
+        };
         let is_moved = before.iter().zip(&after).any(|(a, b)| !a.is_same(b));
         self.report(Kind::Event, format!("t = {t} s: events handled"));
         Ok(EventOutcome { event, is_moved })
+    }
+
+    /// In Co-Simulation, the event at the end of initialization, where the importer has no Event Mode.
+    #[cold]
+    pub(crate) fn first_event(&mut self) -> Result<(), Fault> {
+        let (equations, t) = (equations::<M>()?, self.state.time);
+        let mut model = self.state.model.clone();
+        let event =
+            self.change(|model, p, u| event::handle(t, || (equations.event)(model, p, u, t)));
+        self.invalidate();
+        if event.is_err() {
+            mem::swap(&mut self.state.model, &mut model);
+        }
+        self.state.event = event?.due();
+        Ok(())
     }
 
     /// The integrator has accepted a step; returns whether the model needs event handling.

@@ -3,15 +3,20 @@
 
 use super::continuous::Continuous;
 use super::error::ModelError;
-use super::event::Event;
+use super::event::{self, Event};
 use super::input::InputPolynomial;
 use super::model::{Evaluation, zero};
 use super::solver_workspace::{Scratch, SolverWorkspace};
 use super::step_end::StepEnd;
 use fmu_solver::{Failure, Solver, System};
 
-/// Most events within one communication step, and most iterations of one event.
-const MOST_EVENTS: u32 = 10_000;
+/// Most events within [`CLOSE`] of a communication step: more of them accumulate.
+const MOST_EVENTS: u32 = 1000;
+/// Part of a communication step within which events are close together.
+const CLOSE: f64 = 1e-6;
+/// How far a time event may be from the end of a step that it belongs to, relative to the length of
+/// the step and to the rounding of the time.
+const NEAR: [f64; 2] = [1e-9, 8.0 * f64::EPSILON];
 
 /// The model as a system for the solver; `s` is the last event's time from the step's start, s.
 struct StepSystem<'a, M: Continuous> {
@@ -40,18 +45,10 @@ impl<M: Continuous> StepSystem<'_, M> {
         f(self.at, u, &now, self.t + s, self.rate)
     }
 
-    /// Handles an event at the present time.
-    fn event(&mut self) -> Result<Event, ModelError> {
-        let (t, moved) = (self.t + self.s, self.u.at::<M>(self.s));
-        for _ in 0..MOST_EVENTS {
-            let event = self.at.event(self.p, &moved, t)?;
-            if !event.again {
-                return Ok(event);
-            }
-        }
-        Err(ModelError::new(format!(
-            "t = {t} s: an event does not end after {MOST_EVENTS} iterations"
-        )))
+    /// Handles an event at the present time, which is `t` to the last bit.
+    fn event(&mut self, t: f64) -> Result<Event, ModelError> {
+        let moved = self.u.at::<M>(self.s);
+        event::handle(t, || self.at.event(self.p, &moved, t))
     }
 }
 
@@ -124,7 +121,9 @@ pub(crate) fn solve<M: Continuous>(
     };
     scratch.solver.set_tolerance(workspace.tolerance);
     let before = scratch.solver.counts();
-    let end = scratch.run(model, &mut workspace.first, name, (p, u), (t, h));
+    scratch.solver.restart();
+    let carried = (&mut workspace.first, &mut workspace.next_event);
+    let end = scratch.run(model, carried, name, (p, u), (t, h));
     let now = scratch.solver.counts();
     let (steps, rejected) = (now.steps - before.steps, now.rejected - before.rejected);
     if rejected > 0 {
@@ -137,11 +136,12 @@ pub(crate) fn solve<M: Continuous>(
 }
 
 impl<M: Continuous> Scratch<M, M::Input> {
-    /// Does the step. On an error `model` and `first` are as before.
+    /// Does the step. On an error `model` and what is carried from step to step (the first internal
+    /// step, and the time of the next time event, s) are as before.
     fn run(
         &mut self,
         model: &mut M,
-        first: &mut f64,
+        (first, next_event): (&mut f64, &mut f64),
         name: fn(&mut M, usize, f64) -> &'static str,
         (p, u): (&M::Parameters, &InputPolynomial<M::Input>),
         (t, h): (f64, f64),
@@ -155,7 +155,7 @@ impl<M: Continuous> Scratch<M, M::Input> {
         } = self;
         at.clone_from(model);
         let mut system = StepSystem {
-            at,
+            at: &mut *at,
             rate,
             direction: direction.as_mut(),
             p,
@@ -164,21 +164,16 @@ impl<M: Continuous> Scratch<M, M::Input> {
             s: 0.0,
         };
         let (mut next_first, mut end) = (*first, StepEnd::WHOLE);
-        let mut event = system.event()?;
-        for _ in 0..MOST_EVENTS {
-            if event.terminate {
-                (end.reached, end.terminate) = (Some(system.s), true);
-            }
-            if event.terminate || system.s >= h {
-                *first = next_first;
-                std::mem::swap(model, at);
-                return Ok(end);
-            }
-            let next = event.next.map_or(f64::INFINITY, |next| next - t);
-            // A time event in the past is handled now.
-            let until = next.clamp(system.s, h);
+        let near = NEAR[0] * h + NEAR[1] * (t.abs() + h);
+        let mut next = *next_event;
+        let mut event = Event::NONE;
+        let (mut events, mut close_from) = (0, 0.0);
+        loop {
+            // A time event at the end belongs to the next step, which has the inputs of that time.
+            let is_time = next - t <= (h - near).max(0.0);
+            let until = if is_time { (next - t).max(system.s) } else { h };
             let mut found = None;
-            if until > system.s {
+            if until > system.s + if is_time { near } else { 0.0 } {
                 system.at.states(states);
                 let from = (t + system.s, until - system.s);
                 found = (solver.advance(&mut system, from, states, &mut next_first))
@@ -186,19 +181,49 @@ impl<M: Continuous> Scratch<M, M::Input> {
                 system.at.set_states(states);
             }
             system.s = found.map_or(until, |s| system.s + s);
-            event = match found {
-                None if next > h => Event::NONE, // nothing happens at the end
-                _ => {
-                    end.event = true;
-                    system.event()?
+            if found.is_some() || is_time {
+                // What is due at the start was known before.
+                end.event |= system.s > 0.0;
+                let now = t + system.s;
+                let at = if found.is_none() && next > now {
+                    next
+                } else {
+                    now
+                };
+                event = system.event(at)?;
+                next = event.next.unwrap_or(f64::INFINITY);
+                if system.s > close_from + CLOSE * h {
+                    (events, close_from) = (0, system.s);
                 }
-            };
+                events += 1;
+                if events > MOST_EVENTS {
+                    return Err(accumulation::<M>(solver.event_indicator(), now, CLOSE * h));
+                }
+            }
+            if event.terminate {
+                (end.reached, end.terminate) = (Some(system.s), true);
+            }
+            if event.terminate || system.s >= h {
+                end.event |= next - t <= h + near; // it is due
+                (*first, *next_event) = (next_first, next);
+                std::mem::swap(model, at);
+                return Ok(end);
+            }
         }
-        Err(ModelError::new(format!(
-            "{MOST_EVENTS} events until {} s; a step must have fewer",
-            t + system.s
-        )))
     }
+}
+
+/// The error of events without end: those of an indicator or time events.
+#[cold]
+fn accumulation<M: Continuous>(indicator: Option<usize>, t: f64, within: f64) -> ModelError {
+    let what = match indicator.and_then(|k| M::INDICATORS.get(k)) {
+        Some(row) => format!("event indicator `{}` has changed its sign", row.name),
+        None => "time events have occurred".to_owned(),
+    };
+    ModelError::new(format!(
+        "t = {t} s: {what} {MOST_EVENTS} times within {within} s: the events accumulate (Zeno); let the model come to rest there, by a \
+         discrete state that stops its motion"
+    ))
 }
 
 /// The error of a failed step, with the name of a state that is not finite.

@@ -5,8 +5,12 @@ use fmu_solver::{Solver, TOLERANCE};
 
 /// Solver workspace of a model `M` with inputs `U`, reused between steps.
 pub struct SolverWorkspace<M, U> {
-    /// The internal step to try first, s; 0 if not known. Only this affects the next step.
+    /// The internal step to try first, s; 0 if not known. Only this and `next_event` affect the next
+    /// step.
     pub(crate) first: f64,
+    /// Time of the next time event, s: infinite if there is none, −infinite if the model has to look
+    /// for events at the start of the next step, since something was set.
+    pub(crate) next_event: f64,
     /// The tolerance of an internal step.
     pub(crate) tolerance: f64,
     /// Messages of the solver.
@@ -40,6 +44,7 @@ impl<M, U> Default for SolverWorkspace<M, U> {
     fn default() -> Self {
         Self {
             first: 0.0,
+            next_event: f64::NEG_INFINITY,
             tolerance: TOLERANCE,
             log: Log::default(),
             scratch: None,

@@ -18,7 +18,8 @@ pub(crate) struct State<M: Model> {
     /// Time of the last communication point, s: the importer's own number plus one step, so that
     /// rounding errors do not add up.
     pub(crate) time: f64,
-    /// Time of the last event for Model Exchange, s.
+    /// For Model Exchange the time of the last event, for Co-Simulation that of the next time event,
+    /// s: [`SolverWorkspace::next_event`](super::solver_workspace::SolverWorkspace::next_event).
     pub(crate) event: f64,
     /// The internal step that the solver tries first, s; 0 if not known.
     pub(crate) first: f64,
@@ -111,7 +112,7 @@ impl<M: Model> State<M> {
         inputs.chain(held).all(|u| layout.fits(&self.parameters, u))
             && self.settings.len() == layout.slots()
             && self.time.is_finite()
-            && self.event.is_finite()
+            && !self.event.is_nan()
             && self.first.is_finite()
             && self
                 .tolerance

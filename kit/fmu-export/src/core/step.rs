@@ -136,8 +136,14 @@ impl<M: Model> Instance<M> {
             workspace.tolerance = state.tolerance.unwrap_or(usual);
             (workspace.log).prepare(self.log_filter, M::INFO.log_categories);
         }
+        if M::EVENTS.is_some() {
+            workspace.next_event = state.event;
+        }
         let (p, t) = (&state.parameters, state.time);
         let end = model.step_with_workspace(workspace, p, u, now, t, h);
+        if M::EVENTS.is_some() {
+            state.event = workspace.next_event;
+        }
         match end {
             Ok(_) => collect_messages(&mut self.messages, model),
             Err(_) => collect_log(&mut self.messages, model),

@@ -5,7 +5,7 @@
 //! functions are those of the type if it implements the trait, and otherwise those of [`Fallback`],
 //! which compile but are never called.
 
-use super::{Choice, Item, Output, Part, Rows, Vector};
+use super::{Choice, Input, Item, Output, Parameters, Part, Rows, StatePart, Vector};
 use crate::Model;
 use serde::{Serialize, de::DeserializeOwned};
 use std::marker::PhantomData;
@@ -44,6 +44,18 @@ impl<T: Serialize> FieldType<T> {
 impl<T: DeserializeOwned> FieldType<T> {
     pub fn read(value: T) -> T {
         value
+    }
+}
+
+impl<T: Parameters> FieldType<T> {
+    pub fn start_parameters() -> T {
+        T::start()
+    }
+}
+
+impl<T: Input> FieldType<T> {
+    pub fn start_input() -> T {
+        T::start()
     }
 }
 
@@ -99,6 +111,14 @@ pub trait Fallback<T>: Sized {
         unreachable!()
     }
 
+    fn start_parameters() -> T {
+        unreachable!()
+    }
+
+    fn start_input() -> T {
+        unreachable!()
+    }
+
     fn written(_: &T) {}
 
     fn read((): ()) -> T {
@@ -143,5 +163,20 @@ pub trait FallbackRows<M: Model>: Sized {
 
 impl<T, M: Model, At> FallbackRows<M> for FieldRows<T, M, At> {}
 
-/// Requires that a type is a struct of outputs, or a part of a state.
+/// Requires that a type is a struct of parameters.
+pub const fn is_parameter<T: Parameters>() {}
+
+/// Requires that a type is a struct of inputs.
+pub const fn is_input<T: Input>() {}
+
+/// Requires that a type is a struct of outputs.
 pub const fn is_output<T: Output>() {}
+
+/// Requires that a type is a part of a state.
+pub const fn is_state<T: StatePart>() {}
+
+/// Requires what a skipped field needs, with a start value.
+pub const fn is_saved<T: Clone + Serialize + DeserializeOwned>() {}
+
+/// Requires what a skipped field needs, without one.
+pub const fn is_saved_default<T: Clone + Default + Serialize + DeserializeOwned>() {}

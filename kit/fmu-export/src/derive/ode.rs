@@ -193,7 +193,8 @@ pub trait Ode: State {
     /// See [`Continuous::indicators`].
     fn indicators(&self, _p: &Self::P, _u: &Self::U, _t: f64, _z: &mut [f64]) {}
 
-    /// See [`Continuous::event`]; in Co-Simulation called at a step's start and at its events.
+    /// See [`Continuous::event`]. In Co-Simulation it is called at the end of initialization, at the
+    /// events within steps, and where a step starts after something was set or at a time event.
     fn event(&mut self, _p: &Self::P, _u: &Self::U, _t: f64) -> Event {
         Event::NONE
     }
@@ -272,6 +273,8 @@ impl<S: Ode> Model for S {
     } else {
         None
     };
+
+    const EVENTS: Option<ModelExchange<S>> = ModelExchange::from_continuous();
 
     fn variables() -> &'static [Variable<Self>] {
         S::table()

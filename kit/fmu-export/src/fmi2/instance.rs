@@ -90,7 +90,7 @@ impl<M: Model> Fmi2Instance<M> {
 
     /// fmi2ExitInitializationMode.
     pub(crate) fn exit_initialization(&mut self) -> Result<(), Fault> {
-        self.instance.exit_initialization()?;
+        self.instance.exit_initialization(self.interface == ME)?;
         match self.interface {
             ME => self.instance.enter(Phase::Event),
             _ => Ok(()),

@@ -49,7 +49,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
         |fmi| fmi.enter_step_mode();
     fmi3EvaluateDiscreteStates [EVENT_MODE] ()
         |_| Ok(());
-    /// In Co-Simulation no value changes here, and no event is known in advance.
+    /// In Co-Simulation only models whose events the crate handles change here.
     fmi3UpdateDiscreteStates [EVENT_MODE] (
         need_update: *mut Boolean, terminate: *mut Boolean, nominals_changed: *mut Boolean, values_changed: *mut Boolean,
         next_event_time_defined: *mut Boolean, next_event_time: *mut f64

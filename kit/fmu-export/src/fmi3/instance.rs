@@ -3,7 +3,7 @@
 use super::ffi::*;
 use super::log::Logger;
 use super::states::{STATES, STEP_MODE_AFTER_SET};
-use crate::c_api::call_order::{self, INTERMEDIATE_UPDATE, ME, STEP_MODE};
+use crate::c_api::call_order::{self, CS, INTERMEDIATE_UPDATE, ME, STEP_MODE};
 use crate::c_api::fmi_instance::{self, Version};
 use crate::core::fault::{Fault, refuse};
 use crate::core::layout::TIME;
@@ -79,6 +79,7 @@ impl<M: Model> Fmi3Instance<M> {
             (end, event) = self.rest_of_step(end, t + h, event)?;
         }
         self.version.step_state = STEP_MODE;
+        event |= !end.is_whole && !end.terminate;
         end.event = event && self.version.has_event_mode;
         end.is_whole |= !self.version.may_return_early; // none is reported where none is allowed
         Ok(end)
@@ -126,11 +127,12 @@ impl<M: Model> Fmi3Instance<M> {
 
     /// fmi3ExitInitializationMode.
     pub(crate) fn exit_initialization(&mut self) -> Result<(), Fault> {
-        self.instance.exit_initialization()?;
+        let has_event_mode = self.interface == ME || self.version.has_event_mode;
+        self.instance.exit_initialization(has_event_mode)?;
         self.version.step_state = STEP_MODE;
         match self.interface {
             ME => self.instance.enter(Phase::Event),
-            _ if self.version.has_event_mode => self.instance.enter(Phase::Exchange),
+            _ if has_event_mode => self.instance.enter(Phase::Exchange),
             _ => Ok(()),
         }
     }
@@ -164,11 +166,11 @@ impl<M: Model> Fmi3Instance<M> {
     /// fmi3UpdateDiscreteStates.
     pub(crate) fn update_discrete_states(&mut self) -> Result<EventOutcome, Fault> {
         match self.interface {
-            ME => self.instance.update_discrete_states(),
-            _ => Ok(EventOutcome {
+            CS if M::EVENTS.is_none() => Ok(EventOutcome {
                 event: Event::NONE,
                 is_moved: false,
             }),
+            _ => self.instance.update_discrete_states(),
         }
     }
 

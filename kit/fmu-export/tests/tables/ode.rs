@@ -26,9 +26,15 @@ struct Chain {
     /// Position
     #[fmu(unit = "m")]
     x: [f64; 2],
-    /// Not shown
+    /// Not shown, not integrated
     #[fmu(skip)]
     hidden: f64,
+    #[fmu(skip)]
+    history: Vec<f64>,
+    #[fmu(skip)]
+    window: [f64; 40],
+    #[fmu(skip)]
+    last: Option<(i32, String)>,
 }
 
 /// Growth, and a chain that follows an input
@@ -38,7 +44,7 @@ struct Growth {
     /// Size
     #[fmu(unit = "1", start = 2.0 * p.rate.abs() + u.v)]
     size: f64,
-    #[fmu(start = Chain { x: p.chain_start, hidden: 1.5 })]
+    #[fmu(start = Chain { x: p.chain_start, hidden: 1.5, history: vec![u.v], ..Chain::default() })]
     chain: Chain,
     /// As the chain starts
     #[fmu(unit = "m", start = p.chain_start, local)]
@@ -55,6 +61,8 @@ impl Ode for Growth {
             chain: Chain {
                 x: [u.v, 3.0 * t * t],
                 hidden: -self.chain.hidden,
+                history: vec![3.0; 3],
+                ..Chain::default()
             },
             ..Self::default()
         };
@@ -99,6 +107,24 @@ fn start_values_follow_parameters_and_inputs() {
         (2.75, [0.5, -0.25], 1.5)
     );
     assert_eq!((x.copy, x.shown), ([0.5, -0.25], [0.5, -0.25]));
+}
+
+/// What is skipped is of any type: a step leaves it alone, saved states have it.
+#[test]
+fn skipped_fields_are_saved_and_not_integrated() {
+    let (mut x, p, u) = started();
+    x.chain.window[39] = 7.0;
+    x.chain.last = Some((-3, "kept".to_owned()));
+    Model::step(&mut x, &p, &InputPolynomial::held(u), &(), 0.0, 0.5).unwrap();
+    let bytes = postcard::to_stdvec(&x).unwrap();
+    let read: Growth = postcard::from_bytes(&bytes).unwrap();
+    for x in [&x, &read] {
+        let chain = &x.chain;
+        assert_eq!((chain.hidden, &chain.history[..]), (1.5, &[1.25][..]));
+        assert_eq!((chain.window[39], chain.window[0]), (7.0, 0.0));
+        assert_eq!(chain.last, Some((-3, "kept".to_owned())));
+    }
+    assert_eq!(read.size.to_bits(), x.size.to_bits());
 }
 
 /// Oracle: size e^(rate t). The method of order 4 misses e^−z, z = −rate h, by z⁵/120 a step, e^z

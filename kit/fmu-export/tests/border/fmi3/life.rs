@@ -134,7 +134,7 @@ fn a_model_that_stops_returns_early_or_goes_on() {
         (
             Status::Ok,
             Step {
-                event: false,
+                event: true,
                 terminate: false,
                 early: true,
                 last: 0.5
