@@ -11,6 +11,7 @@ use cosim::io::input_table::{Column, Table};
 use cosim::master::Schedule;
 use cosim::run::run_key::RunKey;
 use cosim::run::signals::connected;
+use cosim::structure::FmuUse;
 use cosim::structure::package::{FmuPlace, read};
 use cosim::structure::system::{Setting, System as Loaded};
 use cosim::{Experiment, Port, Verdict, matching};
@@ -121,7 +122,9 @@ impl System {
             files => {
                 let files = files.iter().map(|file| file.display().to_string());
                 let files = source.names.iter().cloned().zip(files).collect();
-                Loaded::from_files(files, &source.connect, &[], |file| read(Path::new(file)))?
+                Loaded::from_files(files, &source.connect, &FmuUse::default(), |file| {
+                    read(Path::new(file))
+                })?
             }
         };
         let mut system = system.with_sizes(None, &source.parameters, &source.sizes)?;

@@ -11,6 +11,7 @@ use std::ffi::c_int;
 use anyhow::Result;
 use thiserror::Error;
 
+use crate::batch::Batch;
 use crate::digits::short;
 use crate::status::{OK, WARNING};
 
@@ -69,6 +70,16 @@ impl Answer {
     pub fn status(error: &anyhow::Error) -> Option<c_int> {
         error.downcast_ref().map(|answer: &Self| answer.status)
     }
+}
+
+/// An [`Answer`] to an earlier call than the one that returns it: a set of this batch.
+#[derive(Clone, Debug, Error)]
+#[error("{answer}")]
+pub struct LateAnswer {
+    /// The answer.
+    pub answer: Answer,
+    /// What was set.
+    pub batch: Batch,
 }
 
 /// An FMU asked to end the simulation, which ends the run without being a failure.

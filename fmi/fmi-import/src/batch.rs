@@ -158,6 +158,16 @@ impl Batch {
         self.variables.len()
     }
 
+    /// Whether it is a clone of another batch.
+    pub fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
+    }
+
+    /// Whether it is the only one of its clones that is left.
+    pub fn is_last(&self) -> bool {
+        Arc::strong_count(&self.0) == 1
+    }
+
     /// Whether there are no values.
     pub fn is_empty(&self) -> bool {
         self.variables.is_empty()

@@ -27,7 +27,7 @@ use crate::raw::{ContinuousValues, RawInstance};
 use crate::value::Value;
 use crowding::Crowding;
 use equations::{Equations, Fault, Ramp, Sides, check};
-pub use plan::{ExchangePlan, component_capabilities};
+pub use plan::{ExchangePlan, as_component};
 
 /// Most internal steps and events within one communication step.
 const MAX_STEPS: u64 = 10_000_000;

@@ -12,13 +12,14 @@ use std::any::Any;
 use std::ffi::CString;
 
 use anyhow::Result;
+use serde::{Deserialize, Serialize};
 
 use crate::batch::Batch;
 use crate::raw::Experiment;
 use crate::value::Value;
 
 /// The arguments with which an instance is made.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Deserialize, Serialize)]
 pub struct Arguments {
     /// instanceName.
     pub name: CString,
@@ -35,7 +36,7 @@ pub struct Arguments {
 }
 
 /// A call that passes no values of variables. It returns a number, 0 unless said otherwise.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 pub enum Call {
     /// What the FMU is told of the run: fmi2SetupExperiment, in FMI 3.0 the arguments of the next
     /// [`Self::EnterInitialization`]. It comes before start values are set, since FMUs of 20-sim
@@ -91,7 +92,7 @@ pub enum BegunCall<'a> {
 pub(crate) const MAX_PASSES: usize = 100;
 
 /// What the integration of an instance for Model Exchange took so far.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Serialize)]
 pub struct Integration {
     /// Internal steps.
     pub steps: u64,

@@ -18,6 +18,17 @@ use crate::functions::Functions;
 #[cfg(feature = "native")]
 use crate::library::{Library, Unpacked, resources};
 
+/// A library that is loaded in other processes only: it exports nothing here.
+#[cfg(feature = "native")]
+struct NotLoaded;
+
+#[cfg(feature = "native")]
+impl crate::calls::Exports for NotLoaded {
+    unsafe fn function<F: Copy>(&self, _: &str) -> Option<F> {
+        None
+    }
+}
+
 /// A loaded FMU. The library and the files that were unpacked for it stay as long as any instance.
 pub struct Fmu {
     /// The C functions.
@@ -77,6 +88,7 @@ impl Fmu {
     }
 
     /// Opens the archive of the FMU `file`; returns a remark if its library has an unexpected name.
+    /// If it is `isolated`, the library is not loaded here.
     ///
     /// # Errors
     /// The archive has no library for this platform, or it cannot be unpacked or loaded.
@@ -85,19 +97,35 @@ impl Fmu {
         file: &str,
         archive: &mut Archive,
         description: Description,
+        isolated: bool,
     ) -> Result<(Self, Option<fmi_description::Remark>)> {
         let host = fmi_description::platform::host();
         let host = host.context("FMUs have no folder for a platform like this one")?;
         let (path, remark) = archive.library(&description, host)?;
         let unpacked = Unpacked::new(archive, path)?;
-        let library = unpacked.load(&format!("FMU `{file}`"))?;
+        let functions = match isolated {
+            true => Functions::load(NotLoaded, &description),
+            false => Functions::load(unpacked.load(&format!("FMU `{file}`"))?, &description),
+        };
         let fmu = Self {
-            functions: Functions::load(library, &description),
+            functions,
             resources: CString::new(resources(unpacked.folder(), description.fmi))?,
             description,
             unpacked: Some(unpacked),
         };
         Ok((fmu, remark))
+    }
+
+    /// What its isolated instances are made of; None if it was not opened from an archive.
+    #[cfg(all(feature = "master", feature = "native", target_os = "linux"))]
+    pub fn source(&self, file: &str) -> Option<crate::isolated::Source> {
+        let unpacked = self.unpacked.as_ref()?;
+        Some(crate::isolated::Source {
+            file: file.to_string(),
+            library: unpacked.path(),
+            description: unpacked.folder().join("modelDescription.xml"),
+            is_exchange: self.description.interface == fmi_description::Interface::ModelExchange,
+        })
     }
 
     /// Loads a copy of the library, whose global variables are not shared.
@@ -119,6 +147,7 @@ impl Fmu {
         file: &str,
         archive: &mut Archive,
         description: Description,
+        _isolated: bool,
     ) -> Result<(Self, Option<fmi_description::Remark>)> {
         let (library, resources) = crate::module::Library::load(file, archive, &description)?;
         let fmu = Self {

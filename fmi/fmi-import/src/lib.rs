@@ -51,8 +51,11 @@ mod functions;
 pub mod instance;
 #[cfg(feature = "master")]
 mod instantiate;
+#[cfg(all(feature = "master", feature = "native", target_os = "linux"))]
+pub mod isolated;
 #[cfg(feature = "native")]
 mod library;
+mod limits;
 pub mod log;
 pub mod messages;
 #[cfg(not(feature = "native"))]
@@ -64,7 +67,7 @@ pub mod platform;
 #[cfg(feature = "native")]
 pub mod portability;
 #[cfg(feature = "native")]
-mod process;
+pub mod process;
 pub mod raw;
 #[cfg(feature = "master")]
 mod saved;
@@ -81,7 +84,7 @@ mod values;
 #[cfg(feature = "master")]
 pub use clocks::{ClockPlan, is_triggered};
 #[cfg(feature = "master")]
-pub use exchange::{ExchangePlan, component_capabilities};
+pub use exchange::{ExchangePlan, as_component};
 #[cfg(feature = "native")]
 pub use exported::{UnsupportedType, exported_files};
 pub use fmu::Fmu;
@@ -90,6 +93,5 @@ pub use functions::Functions;
 pub use instance::Instance;
 #[cfg(feature = "master")]
 pub use instantiate::instantiate;
+pub use limits::Limits;
 pub use names::with_fmi3_names;
-#[cfg(feature = "native")]
-pub use process::wait_with_limit;

@@ -47,20 +47,21 @@ impl Unpacked {
         self.folder.path()
     }
 
+    /// Path of the library.
+    pub fn path(&self) -> PathBuf {
+        self.folder().join(&self.library)
+    }
+
     /// Loads the library. What it prints meanwhile is printed with the name `who`.
     pub fn load(&self, who: &str) -> Result<Library> {
-        let path = self.folder().join(&self.library);
-        let mut opened = output::named(who, || Library::open_as(who, &path)).map_err(|error| {
-            let remedy = remedy(&error.to_string());
-            anyhow!("its library cannot be loaded: {error}{remedy}")
-        })?;
+        let mut opened = load_named(who, &self.path())?;
         opened._folder = Some(self.folder.clone());
         Ok(opened)
     }
 
     /// Loads a copy of the library from the same folder, which has its own global variables.
     pub fn copy(&self) -> Result<Library> {
-        let library = self.folder().join(&self.library);
+        let library = self.path();
         let name = library.file_name().unwrap_or_default();
         let folder = library.parent().unwrap_or(self.folder());
         let copy = Builder::new().suffix(name).tempfile_in(folder)?;
@@ -70,6 +71,15 @@ impl Unpacked {
         (opened._copy, opened._folder) = (Some(copy), Some(self.folder.clone()));
         Ok(opened)
     }
+}
+
+/// Loads a library, with a name for messages. What it prints meanwhile is printed with this name.
+pub(crate) fn load_named(who: &str, path: &Path) -> Result<Library> {
+    let opened = output::named(who, || Library::open_as(who, path));
+    opened.map_err(|error| {
+        let remedy = remedy(&error.to_string());
+        anyhow!("its library cannot be loaded: {error}{remedy}")
+    })
 }
 
 /// What to do if functions of Python are missing: libraries of pythonfmu expect them in the

@@ -28,6 +28,7 @@ static MESSAGES: Mutex<Vec<(ThreadId, Vec<Message>)>> = Mutex::new(Vec::new());
 
 /// A message, or several that differ only in their numbers.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "master", derive(serde::Deserialize, serde::Serialize))]
 pub struct Message {
     /// Name of the instance that logged it.
     pub instance: String,

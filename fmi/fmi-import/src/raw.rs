@@ -90,6 +90,7 @@ impl StateHandle {
 
 /// The arguments of fmi2SetupExperiment: relative tolerance, start and stop time in s.
 #[derive(Clone, Copy, Debug, Default)]
+#[cfg_attr(feature = "master", derive(serde::Deserialize, serde::Serialize))]
 #[allow(missing_docs)] // named and explained in the standard
 pub struct Experiment {
     pub has_tolerance: bool,

@@ -16,6 +16,8 @@ pub const WARNING: c_int = 1;
 pub const DISCARD: c_int = 2;
 /// `fmi2Error`: the call was wrong.
 pub const ERROR: c_int = 3;
+/// `fmi2Fatal`: the library cannot be used any more.
+pub const FATAL: c_int = 4;
 /// `fmi2Pending`: a step in the background.
 pub const PENDING: c_int = 5;
 /// In place of a status: nothing was called, because a value is not in the range of its type.

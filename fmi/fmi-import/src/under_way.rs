@@ -24,7 +24,9 @@ use crate::messages;
 use crate::status::WARNING;
 
 #[cfg(feature = "native")]
-pub use ending::{EXIT_CODE, allow_exit, calls, own_program};
+pub use ending::{EXIT_CODE, keep_last_words, last_words, own_program};
+#[cfg(feature = "native")]
+pub(crate) use ending::{end_for, own_thread_only};
 pub(crate) use slots::{About, Slot};
 use slots::{SLOTS, SPARE, thread};
 pub use surroundings::remember;

@@ -9,6 +9,7 @@ use anyhow::{Context, Result, bail, ensure};
 use cosim::fmu::Fmu;
 use cosim::run::experiment::Experiment;
 use cosim::schedule::{STEP, Schedule, Stepping};
+use cosim::structure::FmuUse;
 use cosim::structure::package::{FmuPlace, Package};
 use cosim::structure::system::System;
 use serde_json::{Map, Value};
@@ -57,7 +58,7 @@ impl Engine {
             let mut bytes = package.into_bytes();
             let read = |_: &str| Ok(std::mem::take(&mut bytes));
             let files = vec![(String::new(), FMU_NAME.to_string())];
-            Source::Fmu(System::from_files(files, &[], &[], read)?)
+            Source::Fmu(System::from_files(files, &[], &FmuUse::default(), read)?)
         } else {
             ensure!(
                 package.names().any(|name| name.ends_with(".ssd")),
@@ -134,7 +135,9 @@ impl Engine {
             None => {
                 let else_in = Vec::new();
                 let place = FmuPlace::Structure { else_in };
-                let system = System::from_package(package, structure, &place, &[], &[], &[], fmus)?;
+                let uses = FmuUse::default();
+                let system =
+                    System::from_package(package, structure, &place, &[], &[], &uses, fmus)?;
                 systems.entry(key).or_insert(system).clone()
             }
         };

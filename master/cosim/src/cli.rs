@@ -1,6 +1,7 @@
 //! Options and output that `cosim`, the programs of the studies and the Python module share: which
 //! system is run and how, with which start values and inputs, the signals written, the exit code.
 
+mod isolation_args;
 mod outputs;
 mod places;
 mod step_args;
@@ -30,6 +31,7 @@ use crate::run::verdict::Verdict;
 pub use crate::schedule::STEP;
 use crate::schedule::{Between, parse_rate};
 
+use crate::structure::FmuUse;
 use crate::structure::package::{Package, read};
 use crate::structure::system::{System, named_file, split_file};
 use crate::wiring::Port;
@@ -37,6 +39,7 @@ use fmi_import::digits::short;
 use fmi_import::output;
 use places::place_of_fmi_3;
 
+pub use isolation_args::{IsolationArgs, serve_if_asked};
 pub use outputs::{claim_outputs, csv_output, keep_rows, output};
 pub use places::{find, place};
 pub use step_args::StepArgs;
@@ -76,6 +79,9 @@ pub struct SystemArgs {
     /// and of a single FMU the name may be left out; repeatable [default: cs, if the FMU has it]
     #[arg(long = "interface", value_name = "[COMPONENT=]INTERFACE")]
     pub interfaces: Vec<String>,
+    /// Components in processes of their own.
+    #[command(flatten)]
+    pub isolation: IsolationArgs,
     /// Step of a component, or of all that match a pattern with `*`, such as `emla_*=0.25ms`: the
     /// communication step divided by or multiplied with a whole number; repeatable
     #[arg(long = "rate", value_name = "COMPONENT=TIME")]
@@ -121,7 +127,7 @@ impl SystemArgs {
         };
         let maps = self.maps.iter().map(mapping).collect::<Result<Vec<_>>>()?;
         let package = &mut Package::open(&path)?;
-        let (chosen, loaded) = (&self.interfaces, &mut BTreeMap::new());
+        let (chosen, loaded) = (&self.fmu_use()?, &mut BTreeMap::new());
         let system =
             System::from_package(package, variant, &place, &replaced, &maps, chosen, loaded)?;
         if let Some(wanted) = self.fmi {
@@ -168,8 +174,16 @@ impl SystemArgs {
         }
         let files = files.iter().map(|file| named_file(file)).collect();
         let load = |file: &str| read(Path::new(file));
-        let system = System::from_files(files, connections, &self.interfaces, load)?;
+        let system = System::from_files(files, connections, &self.fmu_use()?, load)?;
         self.changed(system, start_values)
+    }
+
+    fn fmu_use(&self) -> Result<FmuUse> {
+        Ok(FmuUse {
+            interfaces: self.interfaces.clone(),
+            isolated: self.isolation.isolate.clone(),
+            limits: self.isolation.limits()?,
+        })
     }
 
     /// The system with parameter sets, sizes of arrays and ways of stepping, wherever its FMUs come

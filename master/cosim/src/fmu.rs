@@ -4,14 +4,14 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use anyhow::{Context, Result, bail};
+use anyhow::{Context, Result, bail, ensure};
 use fmi_description::{Archive, Causality, Description, Interface};
 use fmi_import::batch::{Batch, Layout};
 use fmi_import::fmi_instance::{Arguments, FmiInstance};
 use fmi_import::value::Value;
 use fmi_import::{
-    ClockPlan, ExchangePlan, Functions, component_capabilities, instantiate, is_triggered,
-    messages, output,
+    ClockPlan, ExchangePlan, Functions, Limits, as_component, instantiate, is_triggered, messages,
+    output,
 };
 
 use crate::io::digest::sha256;
@@ -37,6 +37,10 @@ pub struct Fmu {
     pub(crate) configuration: Vec<(usize, Value)>,
     /// The arrays that then have other sizes, as far as they can be set.
     pub(crate) resized: Vec<Batch>,
+    /// Values of its structural parameters, by value reference.
+    sizes: HashMap<u32, String>,
+    /// Each instance lives in a process of its own, with these limits.
+    pub(crate) isolation: Option<Limits>,
     /// SHA-256 of the archive.
     pub(crate) sha256: String,
     /// Harmless oddities of the archive or its description.
@@ -47,28 +51,46 @@ impl Fmu {
     /// Loads an FMU from its bytes; `file` is its name for messages. If it has Co-Simulation, that is
     /// used, else Model Exchange.
     pub fn load(file: &str, bytes: Vec<u8>) -> Result<Arc<Self>> {
-        Self::load_as(file, bytes, None)
+        Self::load_as(file, bytes, None, None)
     }
 
-    /// The same for this interface, if one is given.
-    pub fn load_as(file: &str, bytes: Vec<u8>, wanted: Option<Interface>) -> Result<Arc<Self>> {
+    /// The same for this interface, if one is given; with `isolation` each instance lives in a process
+    /// of its own, and the library is not loaded here.
+    pub fn load_as(
+        file: &str,
+        bytes: Vec<u8>,
+        wanted: Option<Interface>,
+        isolation: Option<Limits>,
+    ) -> Result<Arc<Self>> {
         // The host of a page passes on the functions of Co-Simulation alone.
         let usable = if cfg!(feature = "native") { 2 } else { 1 };
         let usable = &[Interface::CoSimulation, Interface::ModelExchange][..usable];
         let wanted = wanted.as_ref().map_or(usable, std::slice::from_ref);
-        Self::open(file, bytes, wanted).with_context(|| format!("FMU `{file}` cannot be loaded"))
+        Self::open(file, bytes, wanted, isolation)
+            .with_context(|| format!("FMU `{file}` cannot be loaded"))
     }
 
-    fn open(file: &str, bytes: Vec<u8>, wanted: &[Interface]) -> Result<Arc<Self>> {
+    fn open(
+        file: &str,
+        bytes: Vec<u8>,
+        wanted: &[Interface],
+        isolation: Option<Limits>,
+    ) -> Result<Arc<Self>> {
+        ensure!(
+            isolation.is_none() || cfg!(target_os = "linux"),
+            "a process of its own (--isolate, or the annotation of the component) needs Linux"
+        );
         let sha256 = sha256(&bytes);
         let mut archive = Archive::open(bytes)?;
         let description = archive.description_as(wanted)?;
-        let (loaded, remark) = fmi_import::Fmu::from_archive(file, &mut archive, description)?;
+        let is_isolated = isolation.is_some();
+        let (loaded, remark) =
+            fmi_import::Fmu::from_archive(file, &mut archive, description, is_isolated)?;
         let while_loading = messages::reasons(&format!("FMU `{file}`"));
         let remarks = loaded.description.remarks.iter().cloned().chain(remark);
         let remarks = remarks.map(|remark| remark.to_string());
         let mut remarks: Vec<String> = remarks.chain(while_loading).collect();
-        let description = as_component(loaded.description.clone());
+        let description = as_component(&loaded.description);
         if description.capabilities.needs_execution_tool {
             remarks.push("it says that it needs its tool (needsExecutionTool)".into());
         }
@@ -91,6 +113,8 @@ impl Fmu {
             text,
             configuration: Vec::new(),
             resized: Vec::new(),
+            sizes: HashMap::new(),
+            isolation,
             plan: Arc::new(ClockPlan::new(&description, &layout)),
             layout,
             exchange: exchange_plan(&description),
@@ -126,9 +150,9 @@ impl Fmu {
                 value.to_string(),
             ))
         };
-        let sizes: Result<HashMap<u32, String>> = values.iter().map(value).collect();
-        let arrays = Description::parse_as(text, &[self.description.interface], &sizes?)?;
-        let description = as_component(arrays.clone());
+        let sizes: HashMap<u32, String> = values.iter().map(value).collect::<Result<_>>()?;
+        let arrays = Description::parse_as(text, &[self.description.interface], &sizes)?;
+        let description = as_component(&arrays);
         let layout = Layout::new(&description);
         let index =
             |(name, value): (&String, &Value)| Some((description.index(name)?, value.clone()));
@@ -146,6 +170,7 @@ impl Fmu {
             plan: Arc::new(ClockPlan::new(&description, &layout)),
             configuration: values.iter().filter_map(index).collect(),
             resized,
+            sizes,
             layout,
             exchange: exchange_plan(&description),
             description,
@@ -187,10 +212,33 @@ impl Fmu {
         })
     }
 
+    /// Makes an instance in a process of its own, with these limits; None if the FMU returns none.
+    pub(crate) fn make_isolated(
+        &self,
+        arguments: &Arguments,
+        limits: Limits,
+    ) -> Result<Option<Box<dyn FmiInstance>>> {
+        #[cfg(all(feature = "native", target_os = "linux"))]
+        {
+            use fmi_import::isolated::IsolatedInstance;
+            let source = self.loaded.source(&self.file);
+            let source = source.context("it was not unpacked here")?;
+            let sizes = (&self.sizes, self.description.variables.len());
+            let made = IsolatedInstance::new(source, sizes, arguments, limits)?;
+            return Ok(made.map(|instance| Box::new(instance) as Box<dyn FmiInstance>));
+        }
+        #[allow(unreachable_code)] // known above
+        {
+            let _ = (arguments, limits, &self.sizes);
+            bail!("there are no processes here")
+        }
+    }
+
     /// Counts one more instance; an error if the FMU allows only one per process.
     pub(crate) fn register(&self, name: &str) -> Result<()> {
         if self.instances.fetch_add(1, Ordering::SeqCst) > 0
             && self.description.capabilities.only_once
+            && self.isolation.is_none()
         {
             self.unregister();
             bail!(
@@ -205,15 +253,6 @@ impl Fmu {
     pub(crate) fn unregister(&self) {
         self.instances.fetch_sub(1, Ordering::SeqCst);
     }
-}
-
-/// A description by element, with the capabilities that an instance has for the master.
-fn as_component(description: Description) -> Description {
-    let mut by_element = description.by_element();
-    if by_element.interface == Interface::ModelExchange {
-        by_element.capabilities = component_capabilities(by_element.capabilities);
-    }
-    by_element
 }
 
 /// How an FMU for Model Exchange is integrated.

@@ -104,7 +104,7 @@ impl Instance {
         Self::in_thread(None, fmu, name, is_staged)
     }
 
-    /// The same in a worker's thread, if one is given.
+    /// The same in a worker's thread, if one is given, unless its FMU is isolated.
     pub(crate) fn in_thread(
         worker: Option<&Worker>,
         fmu: &Arc<Fmu>,
@@ -135,6 +135,7 @@ impl Instance {
         }
         fmu.register(name)?;
         let make = |arguments: &Arguments| match worker {
+            _ if let Some(limits) = fmu.isolation => fmu.make_isolated(arguments, limits),
             None => fmu.make(&fmu.loaded.functions, arguments),
             #[cfg(feature = "native")]
             Some(worker) => remote::make(worker, fmu, arguments),
@@ -170,7 +171,7 @@ impl Instance {
             name: name.to_string(),
             has_events,
             is_staged,
-            is_elsewhere: worker.is_some(),
+            is_elsewhere: worker.is_some() || fmu.isolation.is_some(),
             nonfinite: Vec::new(),
         };
         instance.log_only_warnings()?;
@@ -183,12 +184,12 @@ impl Instance {
         &self.fmu
     }
 
-    /// Whether it runs in another thread.
+    /// Whether it runs in another thread or process.
     pub(crate) fn is_elsewhere(&self) -> bool {
         self.is_elsewhere
     }
 
-    /// Begins a call, if it runs in another thread.
+    /// Begins a call, if it runs in another thread or process.
     pub(crate) fn begin(&self, ahead: BegunCall) {
         self.fmi.begin(ahead);
     }

@@ -11,7 +11,7 @@ use anyhow::{Context, Result, bail, ensure};
 use clap::{Args, Parser, Subcommand};
 use cosim::cli::{
     CsvArgs, InputArgs, RunArgs, StepArgs, SystemArgs, bar, claim_outputs, exit, keep_rows, place,
-    print,
+    print, serve_if_asked,
 };
 use cosim::describe::{self, DescribedFmu};
 use cosim::exchange::{Exchange, Order};
@@ -130,6 +130,9 @@ struct BenchArgs {
 }
 
 fn main() -> ExitCode {
+    if let Some(code) = serve_if_asked() {
+        return code;
+    }
     let command = Cli::parse().command;
     // Signals first: FMUs must not change how they are handled.
     let installed = interrupt::install();

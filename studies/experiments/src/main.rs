@@ -8,7 +8,7 @@ use std::process::ExitCode;
 use anyhow::Result;
 use clap::Parser as _;
 use cosim::Verdict;
-use cosim::cli::exit;
+use cosim::cli::{exit, serve_if_asked};
 use experiments::commands::program::{Cli, Command, Ending};
 use experiments::commands::{
     compare, draws, endurance, energy, evaluate, faults, machine, margins, path, program, rest,
@@ -16,6 +16,9 @@ use experiments::commands::{
 };
 
 fn main() -> ExitCode {
+    if let Some(code) = serve_if_asked() {
+        return code;
+    }
     let arguments = arguments();
     let command = Cli::parse_from(&arguments).command;
     if let Some(package) = command.sibling() {

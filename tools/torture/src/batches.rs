@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail, ensure};
 
 use fmi_import::standard::Function;
-use fmi_import::{Fmu, wait_with_limit};
+use fmi_import::process::{self, Process};
+use fmi_import::{Fmu, Limits};
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 
@@ -30,6 +31,9 @@ fn select(fmus: &[PathBuf], seed: u64) -> (&Path, Option<&Path>) {
 
 /// Runs a batch in this process. The counts go to standard output, to which the FMU must not print.
 pub fn run_here(fmus: &[PathBuf], calls: usize, seed: u64, is_traced: bool) -> Result<()> {
+    let time = Some(PATIENCE);
+    process::watch(Limits { time, memory: None }, None);
+    process::begin_call();
     let (path, foreign) = select(fmus, seed);
     let (fmu, foreign) = (Fmu::open(path)?, foreign.map(Fmu::open).transpose()?);
     let mut session = Session::new(&fmu, foreign.as_ref(), seed, is_traced)?;
@@ -165,13 +169,13 @@ fn supervised(fmus: &[PathBuf], calls: usize, seed: u64) -> Result<String> {
     let (out, err) = (log.with_extension("out"), fs::File::create(&log)?);
     let mut command = batch_command(fmus, calls, seed)?;
     command.stdout(fs::File::create(&out)?).stderr(err);
-    let status = wait_with_limit(command.spawn()?, PATIENCE)?;
+    let status = Process::start(&mut command)?.wait(PATIENCE)?;
     let (report, complaint) = (fs::read_to_string(&out)?, fs::read_to_string(&log)?);
     let traced = || -> Result<String> {
         let mut command = batch_command(fmus, calls, seed)?;
         let file = fs::File::create(&log)?;
         command.arg("--trace").stdout(Stdio::null()).stderr(file);
-        wait_with_limit(command.spawn()?, PATIENCE)?;
+        Process::start(&mut command)?.wait(PATIENCE)?;
         let trace = String::from_utf8_lossy(&fs::read(&log)?).into_owned();
         let lines: Vec<&str> = trace.lines().collect();
         Ok(lines[lines.len().saturating_sub(SHOWN)..].join("\n"))

@@ -3,7 +3,9 @@
 
 use std::collections::HashMap;
 
-use fmi_description::{Access, Capabilities, Description, Unknown, Variability, Variable};
+use fmi_description::{
+    Access, Capabilities, Description, Interface, Unknown, Variability, Variable,
+};
 use fmu_solver::SparsityPattern;
 
 /// Most states of a model whose Jacobian may be full: 3 n² numbers would be stored.
@@ -90,8 +92,17 @@ impl ExchangePlan {
     }
 }
 
+/// A description by element, with the capabilities that an instance has for the master.
+pub fn as_component(description: &Description) -> Description {
+    let mut by_element = description.clone().by_element();
+    if by_element.interface == Interface::ModelExchange {
+        by_element.capabilities = component_capabilities(by_element.capabilities);
+    }
+    by_element
+}
+
 /// The capabilities of an FMU for Model Exchange that is integrated here, as a component.
-pub fn component_capabilities(own: Capabilities) -> Capabilities {
+fn component_capabilities(own: Capabilities) -> Capabilities {
     Capabilities {
         variable_step: true,
         interpolates_inputs: true,

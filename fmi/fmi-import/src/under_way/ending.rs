@@ -6,9 +6,9 @@ use std::fmt;
 use std::io::{Cursor, Write};
 use std::mem::transmute;
 use std::ptr;
-use std::sync::Once;
-use std::sync::atomic::Ordering::Relaxed;
-use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU32};
+use std::sync::atomic::Ordering::{Relaxed, Release};
+use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU32, AtomicU64};
+use std::sync::{Once, OnceLock};
 
 use super::slots::{SLOTS, Slot, thread};
 
@@ -22,8 +22,8 @@ const EXITS: usize = 16;
 static DRAIN: AtomicPtr<()> = AtomicPtr::new(ptr::null_mut());
 /// This process: those that FMUs fork may end as they like.
 static PROCESS: AtomicU32 = AtomicU32::new(0);
-/// `exit` is no fault of an FMU.
-static MAY_EXIT: AtomicBool = AtomicBool::new(false);
+/// See [`keep_last_words`].
+static LAST_WORDS: OnceLock<&'static [AtomicU64]> = OnceLock::new();
 
 /// The process is a program of ours, in which FMUs alone change what belongs to the process from now
 /// on. `drain` writes what was printed, before something is said at `exit`.
@@ -37,10 +37,62 @@ pub fn is_own_program() -> bool {
     !DRAIN.load(Relaxed).is_null()
 }
 
-/// The program itself ends the process, from any thread and during a call: `exit` then has its own
-/// exit code, and nothing is said.
-pub fn allow_exit() {
-    MAY_EXIT.store(true, Relaxed);
+/// Has what is said when an FMU ends this process kept here instead of being written to standard
+/// error: the number of its bytes in the first word, then the bytes, 8 in a word.
+pub fn keep_last_words(place: &'static [AtomicU64]) {
+    let _ = LAST_WORDS.set(place);
+}
+
+/// Reads what was kept, from memory that the process that kept it shares.
+pub fn last_words(place: &[AtomicU64]) -> Option<String> {
+    let (length, words) = place.split_first()?;
+    let length = length.load(Relaxed) as usize;
+    let words = words.iter().map(|word| word.load(Relaxed).to_le_bytes());
+    let bytes: Vec<u8> = words.flatten().take(length).collect();
+    (length > 0).then(|| String::from_utf8_lossy(&bytes).trim_end().to_string())
+}
+
+fn say(line: &[u8]) {
+    let Some((length, words)) = LAST_WORDS.get().and_then(|place| place.split_first()) else {
+        // SAFETY: as many bytes as there are.
+        unsafe { libc::write(2, line.as_ptr().cast(), line.len() as _) };
+        return;
+    };
+    let line = line.strip_prefix(b"error: ").unwrap_or(line);
+    let line = &line[..line.len().min(8 * words.len())];
+    for (to, bytes) in words.iter().zip(line.chunks(8)) {
+        let mut word = [0; 8];
+        word[..bytes.len()].copy_from_slice(bytes);
+        to.store(u64::from_le_bytes(word), Relaxed);
+    }
+    length.store(line.len() as u64, Release);
+}
+
+/// Says which calls are under way in all threads and that they `did` something, and ends the
+/// process. For the thread that watches it.
+pub fn end_for(did: fmt::Arguments) -> ! {
+    let mut bytes = [0; 1024];
+    let mut line = Cursor::new(&mut bytes[..]);
+    let _ = write!(line, "error:");
+    for slot in SLOTS.iter().filter(|slot| is_busy(slot)) {
+        let _ = write!(line, " {slot}");
+    }
+    let _ = writeln!(line, " {did}"); // A line that is too long is cut.
+    let length = line.position() as usize;
+    say(&bytes[..length]);
+    // SAFETY: a plain number.
+    unsafe { libc::_exit(EXIT_CODE.into()) }
+}
+
+/// Signals that end the process come to other threads than this one, whose calls are told.
+pub fn own_thread_only() {
+    #[cfg(unix)]
+    // SAFETY: a mask that is filled before it is set.
+    unsafe {
+        let mut all = std::mem::zeroed();
+        libc::sigfillset(&mut all);
+        libc::pthread_sigmask(libc::SIG_SETMASK, &all, ptr::null_mut());
+    }
 }
 
 /// Installs what notices that the process ends; once in a process.
@@ -72,7 +124,7 @@ extern "C" fn at_exit() {
     let is_main = unsafe { libc::syscall(libc::SYS_gettid) } == std::process::id().into();
     #[cfg(not(target_os = "linux"))]
     let is_main = true;
-    if MAY_EXIT.load(Relaxed) || !is_in_call() || (is_main && own_slot().is_none()) {
+    if !is_in_call() || (is_main && own_slot().is_none()) {
         return;
     }
     static IS_ENDING: AtomicBool = AtomicBool::new(false);
@@ -92,16 +144,13 @@ extern "C" fn at_exit() {
 /// Whether this thread has a call under way. A thread without a slot has one if any has: an FMU has
 /// made it.
 pub fn is_in_call() -> bool {
-    let is_busy = |slot: &Slot| !slot.who.load(Relaxed).is_null();
     let is_here = PROCESS.load(Relaxed) == std::process::id();
     is_here && own_slot().map_or_else(|| SLOTS.iter().any(is_busy), is_busy)
 }
 
-/// The calls that are under way in all threads, in words.
-pub fn calls() -> Vec<String> {
-    let is_busy = |slot: &&Slot| !slot.who.load(Relaxed).is_null();
-    let busy = SLOTS.iter().filter(is_busy);
-    busy.map(Slot::to_string).collect()
+/// Whether a call of this slot is under way.
+fn is_busy(slot: &Slot) -> bool {
+    !slot.who.load(Relaxed).is_null()
 }
 
 fn own_slot() -> Option<&'static Slot> {
@@ -117,8 +166,7 @@ pub fn tell(did: &str) {
     let _ = match own_slot() {
         Some(slot) => writeln!(line, "error: {slot} {did}"),
         None => {
-            let is_busy = |slot: &&Slot| !slot.who.load(Relaxed).is_null();
-            let mut slots = SLOTS.iter().filter(is_busy);
+            let mut slots = SLOTS.iter().filter(|slot| is_busy(slot));
             let said = write!(
                 line,
                 "error: a thread that an FMU has made {did}; meanwhile"
@@ -128,8 +176,7 @@ pub fn tell(did: &str) {
         }
     };
     let length = line.position() as usize;
-    // SAFETY: as many bytes as there are.
-    unsafe { libc::write(2, bytes.as_ptr().cast(), length as _) };
+    say(&bytes[..length]);
 }
 
 /// Who is called, what, and when: `a: fmi2DoStep at t = 0.31 s`.

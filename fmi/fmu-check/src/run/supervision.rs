@@ -5,7 +5,6 @@ use std::fs::{self, File};
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::atomic::Ordering::Relaxed;
-use std::thread;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result};
@@ -18,8 +17,8 @@ use super::{
 use crate::options::CheckOptions;
 use crate::outcome::{Outcome, Promise, Report};
 use fmi_import::instance::{ONE_BY_ONE, SAID};
-use fmi_import::under_way::{self, EXIT_CODE};
-use fmi_import::{Fmu, wait_with_limit, with_fmi3_names};
+use fmi_import::process::{self, Process, is_told};
+use fmi_import::{Fmu, Limits, with_fmi3_names};
 
 /// After this a probe counts as hanging; after less if the plain run was quick.
 const LONGEST: Duration = Duration::from_secs(120);
@@ -29,8 +28,6 @@ const SHORTEST: Duration = Duration::from_secs(20);
 /// runs.
 const PLAIN_RUNS: u32 = 100;
 
-/// A process that has not ended by itself so long after its time limit is killed.
-const GRACE: Duration = Duration::from_secs(2);
 /// How a process says that it has reached its time limit.
 const NO_ANSWER: &str = "no answer within";
 
@@ -204,19 +201,17 @@ fn run_once(
     command.arg(limit.as_millis().to_string());
     command.stdin(Stdio::null());
     command.stdout(sink.try_clone()?).stderr(sink);
-    let child = command.spawn();
-    let status = wait_with_limit(
-        child.with_context(|| options.program.display().to_string())?,
-        limit + GRACE,
-    )?;
+    let process = Process::start(&mut command);
+    let mut process = process.with_context(|| options.program.display().to_string())?;
+    let status = process.wait(limit)?;
     let printed = first_line(&output);
     let told = told(&output);
     let outcome = match (status, told) {
         (Some(status), _) if status.success() && result.exists() => {
             serde_json::from_slice(&fs::read(&result)?)?
         }
-        (Some(status), Some(told)) if status.code() == Some(EXIT_CODE.into()) => {
-            Outcome::failed(told)
+        (Some(status), told) if told.is_some() && is_told(status) => {
+            Outcome::failed(told.unwrap_or_default())
         }
         (Some(status), _) => {
             let line = printed.as_ref();
@@ -264,14 +259,9 @@ pub fn one(
     limit: Duration,
     one_by_one: bool,
 ) -> Result<()> {
-    thread::spawn(move || {
-        thread::sleep(limit);
-        let (seconds, mut calls) = (limit.as_secs(), under_way::calls());
-        calls.iter_mut().for_each(|call| *call += ": ");
-        eprintln!("error: {}{NO_ANSWER} {seconds} s", calls.concat());
-        under_way::allow_exit();
-        std::process::exit(EXIT_CODE.into());
-    });
+    let time = Some(limit);
+    process::watch(Limits { time, memory: None }, None);
+    process::begin_call();
     ONE_BY_ONE.store(one_by_one, Relaxed);
     let probe = probes().find(|probe| probe.name == name);
     let probe = probe.with_context(|| format!("there is no probe `{name}`"))?;

@@ -4,7 +4,7 @@
 use anyhow::{Error, Result, anyhow};
 use fmi_description::Version;
 
-use fmi_import::answer::Answer;
+use fmi_import::answer::{Answer, LateAnswer};
 use fmi_import::batch::Batch;
 use fmi_import::{messages, status};
 
@@ -18,6 +18,9 @@ impl Instance {
 
     #[cold]
     pub(super) fn error(&self, error: Error, batch: Option<&Batch>, at: At) -> Error {
+        if let Some(LateAnswer { answer, batch }) = error.downcast_ref() {
+            return self.error((*answer).into(), Some(batch), at);
+        }
         let answer = match error.downcast::<Answer>() {
             Ok(answer) => answer,
             Err(error) => return error.context(self.location(at)),

@@ -132,6 +132,8 @@ impl RunKey {
             feedthrough,
             rates,
             interfaces: _, // in the FMUs
+            isolated: _,   // the same bits
+            limits: _,
             solves_loops,
             alarms: _, // they judge the numbers, and change none
             remarks: _,

@@ -39,10 +39,11 @@ pub(crate) fn multi_threaded(
     left: u64,
     supervision: &mut Supervision,
 ) -> Option<(Master, Steps)> {
-    let (step, threads) = (shortest.as_secs_f64(), cores().min(system.fmus.len()));
+    let own = system.fmus.iter().filter(|fmu| fmu.isolation.is_none());
+    let (step, threads) = (shortest.as_secs_f64(), cores().min(own.count()));
     let is_only_one = |fmu: &Arc<Fmu>| fmu.description.capabilities.only_once;
     let is_long = step > LONG_STEP && step * left as f64 > LONG_RUN;
-    if threads == 1 || !is_long || system.fmus.iter().any(is_only_one) {
+    if threads <= 1 || !is_long || system.fmus.iter().any(is_only_one) {
         return None;
     }
     let first_messages = messages::take();

@@ -12,6 +12,9 @@ use crate::instance::workers::Worker;
 use crate::structure::system::System;
 use crate::wiring::{Link, Wiring};
 
+/// The thread of a component that lives in a process of its own, which the calling thread awaits.
+const ISOLATED: usize = usize::MAX;
+
 /// The further threads of a run, and the thread of each component: 0 is the calling one.
 pub(crate) struct ThreadPlan {
     workers: Vec<Worker>,
@@ -33,9 +36,10 @@ impl ThreadPlan {
         let firsts = fmus.iter().enumerate();
         let firsts = firsts.map(|(k, fmu)| *kinds.entry(Arc::as_ptr(fmu)).or_insert(k));
         let firsts: Vec<usize> = firsts.collect();
-        let count = count.min(fmus.len()).max(1);
-        let mut order: Vec<usize> = (0..fmus.len()).collect();
-        let mut threads = vec![0; fmus.len()];
+        let is_isolated = |k: &usize| fmus[*k].isolation.is_some();
+        let mut order: Vec<usize> = (0..fmus.len()).filter(|k| !is_isolated(k)).collect();
+        let count = count.min(order.len()).max(1);
+        let mut threads = vec![ISOLATED; fmus.len()];
         order.sort_by_key(|k| firsts[*k]);
         for (place, k) in order.into_iter().enumerate() {
             threads[k] = place % count;
@@ -45,10 +49,10 @@ impl ThreadPlan {
         Ok(Self { workers, threads })
     }
 
-    /// The worker of a component; None for those of the calling thread.
+    /// The worker of a component; None for those of the calling thread, and isolated ones.
     pub fn worker(&self, component: usize) -> Option<&Worker> {
         let thread = self.threads[component].checked_sub(1)?;
-        Some(&self.workers[thread])
+        self.workers.get(thread)
     }
 
     /// Ranks of components: a component comes after the earlier components of the system from which

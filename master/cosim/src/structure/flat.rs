@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 
 use fmi_description::{Interface, Unit};
+use fmi_import::Limits;
 use system_structure::{Connector, DataType, Direction, MappingEntry, Transformation};
 
 use super::alarm::Alarm;
@@ -153,6 +154,10 @@ pub struct Structure {
     pub rates: Vec<(String, f64)>,
     /// Components that use this interface of their FMU; of two entries the last counts.
     pub interfaces: Vec<(String, Interface)>,
+    /// Components that live in processes of their own.
+    pub isolated: Vec<String>,
+    /// Limits of these processes.
+    pub limits: Limits,
     /// Outputs that mean that the result is not good.
     pub alarms: Vec<Alarm>,
     /// Algebraic loops are solved instead of refused.

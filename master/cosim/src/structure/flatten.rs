@@ -23,6 +23,9 @@ const FEEDTHROUGH: &str = "io.github.hdrm-fmu.feedthrough";
 /// Type of the annotation that gives a component a step of its own: `<Rate step="0.25e-3"/>`, s.
 const RATE: &str = "io.github.hdrm-fmu.rate";
 
+/// Type of the annotation of a component that lives in a process of its own.
+const PROCESS: &str = "io.github.hdrm-fmu.process";
+
 /// Type of the annotation of a connection whose input is the sum of all its connections: `<Sum/>`.
 const SUM: &str = "io.github.hdrm-fmu.sum";
 
@@ -208,6 +211,9 @@ impl Flattening<'_> {
                         })?;
                         self.structure.rates.push((path.to_string(), step));
                     }
+                }
+                if component.annotations.iter().any(|a| a.kind == PROCESS) {
+                    self.structure.isolated.push(path.to_string());
                 }
                 if let Some(implementation) = component.implementation {
                     let interface = match implementation {

@@ -18,7 +18,7 @@ use system_structure::ParameterMapping;
 use crate::fmu::Fmu;
 use crate::structure::package::{FmuPlace, Package, read, read_text};
 use crate::structure::renaming::rename;
-use crate::structure::{self, Alarm, Component, Structure, arrays};
+use crate::structure::{self, Alarm, Component, FmuUse, Structure, arrays};
 use crate::wiring::{Port, Wiring};
 
 pub use default_step::DefaultStep;
@@ -68,10 +68,18 @@ impl System {
         mappings: &[(String, PathBuf)],
     ) -> Result<Self> {
         let (package, loaded) = (&mut Package::open(path)?, &mut BTreeMap::new());
-        Self::from_package(package, variant, place, replaced, mappings, &[], loaded)
+        Self::from_package(
+            package,
+            variant,
+            place,
+            replaced,
+            mappings,
+            &FmuUse::default(),
+            loaded,
+        )
     }
 
-    /// As [`System::load`], from an open package. `interfaces` chooses those of FMUs, `a=me`.
+    /// As [`System::load`], from an open package; `options` say how components use their FMUs.
     /// `loaded` caches its FMUs, by their names in the structures.
     pub fn from_package(
         package: &mut Package,
@@ -79,7 +87,7 @@ impl System {
         place: &FmuPlace,
         replaced: &[(String, PathBuf)],
         mappings: &[(String, PathBuf)],
-        interfaces: &[String],
+        options: &FmuUse,
         loaded: &mut BTreeMap<String, Arc<Fmu>>,
     ) -> Result<Self> {
         let path = package.path().to_path_buf();
@@ -89,7 +97,7 @@ impl System {
         if let Some((unknown, _)) = replaced.iter().find(is_unknown) {
             bail!("an FMU is given for the component `{unknown}`, which the system does not have");
         }
-        structure.choose_interfaces(interfaces)?;
+        structure.choose(options)?;
         let given: HashMap<&String, &PathBuf> =
             replaced.iter().map(|(c, file)| (c, file)).collect();
         let mut fmus = Vec::new();
@@ -97,9 +105,10 @@ impl System {
             let own = given.get(&c.name);
             let source = own.map_or(c.source.clone(), |file| file.display().to_string());
             let wanted = structure.interface(&c.name);
-            let key = match wanted {
-                Some(interface) => format!("{source} ({interface:?})"),
-                None => source.clone(),
+            let isolation = structure.isolation(&c.name);
+            let key = match (wanted, isolation) {
+                (None, None) => source.clone(),
+                _ => format!("{source} ({wanted:?}, {})", isolation.is_some()),
             };
             let fmu = match loaded.get(&key) {
                 Some(fmu) => fmu.clone(),
@@ -109,7 +118,8 @@ impl System {
                         None => place.read(&source, package),
                     };
                     let context = || format!("FMU of component `{}`", c.name);
-                    let fmu = Fmu::load_as(&source, bytes.with_context(context)?, wanted)?;
+                    let fmu =
+                        Fmu::load_as(&source, bytes.with_context(context)?, wanted, isolation)?;
                     if let (None, FmuPlace::Structure { .. }) = (own, place) {
                         let counted = package.count(&source, fmu.unpacked_size);
                         counted.with_context(context)?;
@@ -169,16 +179,18 @@ impl System {
     /// `NAME=FILE`; `connections` are written `a.y=b.u`.
     pub fn from_fmus(files: &[PathBuf], connections: &[String]) -> Result<Self> {
         let files = files.iter().map(|file| named_file(file)).collect();
-        Self::from_files(files, connections, &[], |file| read(Path::new(file)))
+        Self::from_files(files, connections, &FmuUse::default(), |file| {
+            read(Path::new(file))
+        })
     }
 
-    /// As [`System::from_fmus`], from names and files; `interfaces` chooses those of FMUs, `a=me`, and
-    /// `read` reads each file once for each interface. A component
-    /// without a name has the identifier of its FMU, which mostly is the name of its file.
+    /// As [`System::from_fmus`], from names and files; `options` say how components use their FMUs, and
+    /// `read` reads a file once for each use. A component without a name has the identifier of its
+    /// FMU, which mostly is the name of its file.
     pub fn from_files(
         files: Vec<(String, String)>,
         connections: &[String],
-        interfaces: &[String],
+        options: &FmuUse,
         mut read: impl FnMut(&str) -> Result<Vec<u8>>,
     ) -> Result<Self> {
         let mut structure = Structure::default();
@@ -191,20 +203,21 @@ impl System {
             parameters: Vec::new(),
         });
         structure.components = named.collect();
-        structure.choose_interfaces(interfaces)?;
+        structure.choose(options)?;
         structure.components.clear();
         for (name, source) in files {
             if structure.component(&name).is_some() {
                 bail!("two FMUs are named `{name}`; give them names: a={source} b={source}");
             }
             let wanted = structure.interface(&name);
+            let isolation = structure.isolation(&name);
             let fits = |fmu: &&Arc<Fmu>| {
                 let is_wanted = wanted.is_none_or(|wanted| wanted == fmu.description.interface);
-                fmu.file == source && is_wanted
+                fmu.file == source && is_wanted && fmu.isolation == isolation
             };
             let fmu = match fmus.iter().find(fits) {
                 Some(fmu) => fmu.clone(),
-                None => Fmu::load_as(&source, read(&source)?, wanted)?,
+                None => Fmu::load_as(&source, read(&source)?, wanted, isolation)?,
             };
             let name = match name.is_empty() {
                 true => fmu.description.identifier.clone(),

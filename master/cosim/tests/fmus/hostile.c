@@ -38,6 +38,11 @@ static void *crashes(void *c) {
     return NULL;
 }
 
+static void *sleeps(void *c) {
+    for (;;) pause();
+    return NULL;
+}
+
 static void in_thread(void *(*run)(void *), void *c) {
     pthread_t thread;
     pthread_create(&thread, NULL, run, c);
@@ -61,6 +66,13 @@ static void act(const char *where, hostile *h) {
     IF(abort) abort();
     IF(exit) exit(0);
     IF(quick_exit) quick_exit(0);
+    IF(_exit) _exit(0);
+    IF(hang) for (;;) pause();
+    IF(eat) for (;;) memset(malloc(1 << 20), 1, 1 << 20);
+    IF(leave) {
+        pthread_t thread;
+        pthread_create(&thread, NULL, sleeps, h);
+    }
     IF(trap) __builtin_trap();
     IF(bus) raise(SIGBUS);
     IF(fpe) {

@@ -19,7 +19,7 @@ const FMI3: &str = r#"<fmiModelDescription fmiVersion="3.0" modelName="h" instan
   MORE</ModelVariables><ModelStructure><Output valueReference="1"/></ModelStructure></fmiModelDescription>"#;
 
 /// The FMU `h.fmu` of both versions, in a folder of the test's own.
-fn packed(test: &str) -> [String; 2] {
+pub fn packed(test: &str) -> [String; 2] {
     let folder = scratch(test);
     fs::create_dir_all(&folder).unwrap();
     let library = compiled(

@@ -15,6 +15,8 @@ mod finite;
 mod foreign;
 mod hostile;
 mod inputs;
+#[cfg(target_os = "linux")]
+mod isolated;
 mod loops;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod loops_of_arrays;
