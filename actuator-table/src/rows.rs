@@ -24,7 +24,7 @@ macro_rules! actuator_inputs {
             fmu_export::row!($V, counted_input x, "rod position, positive when extended; with drive = force only its value at the start counts")
                 .unit("m").display_unit("mm").range(-$crate::X_LARGEST..=$crate::X_LARGEST).nominal(0.1),
             fmu_export::row!($V, input x_dot in u, "rod velocity; with drive = force only its value at the start counts")
-                .unit("m/s").display_unit("mm/s").range(-100.0..=100.0).nominal(0.05),
+                .unit("m/s").display_unit("mm/s").range(-100.0..=100.0).nominal(0.05).rate_of("x"),
             fmu_export::row!($V, input F_ext in u, "external force on the rod against extension; with drive = force only")
                 .unit("N").display_unit("kN").range(-1e7..=1e7).nominal(1e4),
             fmu_export::row!($V, input F_hold in u, "force that the actuator delivers at the start; read in initialization only")

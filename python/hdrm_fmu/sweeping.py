@@ -148,6 +148,7 @@ def chosen_system(world="ideal", system=None, step=None, schedule=None, real_par
     if isinstance(system, System):
         refuse("must be given to the `System`", step=step, schedule=schedule)
         changes = (system.disconnect, system.replace, system.maps, system.feedthrough, system.scenario, system.faults, system.allow_nonfinite)
+        changes += (system.interface, system.solver)
         told = system.names or system.start_time is not None or system.tolerance
         if any(changes) or system.fault_seed is not None or system.solve_loops or system.strict or system.files[1:] or told:
             raise BadInput("a sweep runs systems as their files have them, without disconnected inputs, replaced FMUs, options for them, and `strict`")

@@ -45,6 +45,12 @@ def _loaded(_stamp, has_loads, **source):
     return system, Names(rows, dict(system.components()), *system.connectors())
 
 
+def _chosen(given):
+    """One word for all components, or words by name, as `cosim` takes them."""
+    named = given.items() if isinstance(given, Mapping) else ()
+    return (given,) if isinstance(given, str) else tuple(f"{name}={word}" for name, word in named)
+
+
 def forget_systems():
     """Have every system read from its files again, whatever their times say."""
     _loaded.cache_clear()
@@ -64,6 +70,9 @@ class System:
     maps : parameter mappings (`.ssm`) from the structure's names to those of the FMU of a component, by the component's name.
     feedthrough : components whose outputs may be read again after inputs were set at the same communication point, although they do not
         declare on which inputs they depend.
+    interface : `"me"` for Model Exchange, `"cs"` for Co-Simulation, of a single FMU or by the component's name or pattern: `{"emla_*": "me"}`;
+        default: Co-Simulation, if the FMU has it, or what the structure says.
+    solver : method by which components of Model Exchange are integrated, `"explicit"`, `"stiff"` or `"fixed:1e-4"` (s), for all or by name.
     solve_loops : solve algebraic loops, as `cosim run --solve-loops`, instead of refusing them.
     settings : start values by name, applied last; the component may be left out where one alone has the variable. Of structural parameters of
         FMI 3.0 they say how large arrays are.
@@ -98,6 +107,8 @@ class System:
         replace: Mapping[str, str | os.PathLike[str]] | None = None,
         maps: Mapping[str, str | os.PathLike[str]] | None = None,
         feedthrough: Iterable[str] = (),
+        interface: str | Mapping[str, str] | None = None,
+        solver: str | Mapping[str, str] | None = None,
         solve_loops: bool = False,
         settings: Mapping[str, object] | None = None,
         waypoints: Waypoints | None = None,
@@ -128,6 +139,7 @@ class System:
         self.replace = tuple((name, str(fmu)) for name, fmu in (replace or {}).items())
         self.maps = tuple((name, str(file)) for name, file in (maps or {}).items())
         self.feedthrough = tuple(feedthrough)
+        self.interface, self.solver = _chosen(interface), _chosen(solver)
         self.solve_loops = solve_loops
         self.settings = by_name(settings)
         self.waypoints = waypoints
@@ -154,7 +166,7 @@ class System:
         has_loads = self._tip_path is not None and self._tip_path.has_loads
         source = {"files": tuple(map(str, self.files)), "names": self.names, "connect": self.connect, "variant": self.variant, "parameters": self.parameters}
         source |= {"disconnect": self.disconnect, "replaced": self.replace, "maps": self.maps, "feedthrough": self.feedthrough}
-        source["solve_loops"] = self.solve_loops
+        source |= {"interfaces": self.interface, "solvers": self.solver, "solve_loops": self.solve_loops}
         stamp = self._stamp()
         loaded = _loaded(stamp, has_loads, sizes=(), **source)
         sizes = tuple(f"{name}={value}" for name, value in loaded[1].sizes(self.settings).items())

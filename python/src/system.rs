@@ -12,7 +12,7 @@ use cosim::master::Schedule;
 use cosim::run::run_key::RunKey;
 use cosim::run::signals::connected;
 use cosim::structure::FmuUse;
-use cosim::structure::package::{FmuPlace, read};
+use cosim::structure::package::{FmuPlace, Package, read};
 use cosim::structure::system::{Setting, System as Loaded};
 use cosim::{Experiment, Port, Verdict, matching};
 use experiments::measures::run::default_signals;
@@ -54,6 +54,9 @@ struct Source {
     maps: Vec<(String, PathBuf)>,
     /// Components whose outputs may be read again after inputs were set.
     feedthrough: Vec<String>,
+    /// Interfaces of components' FMUs, and methods by which those of Model Exchange are integrated.
+    interfaces: Vec<String>,
+    solvers: Vec<String>,
     /// Whether algebraic loops are solved.
     solve_loops: bool,
     /// Whether the loads of the controller's path are connected to the manipulator.
@@ -114,17 +117,24 @@ impl System {
             else_in: source.fmu_dirs,
         };
         let variant = source.variant.as_deref();
+        let options = FmuUse {
+            interfaces: source.interfaces,
+            ..FmuUse::default()
+        };
         let system = match source.files.as_slice() {
             [path] if !is_fmu(path) => {
-                Loaded::load(path, variant, &place, &source.replaced, &source.maps)?
+                let (package, loaded) = (&mut Package::open(path)?, &mut BTreeMap::new());
+                let (replaced, maps) = (&source.replaced, &source.maps);
+                Loaded::from_package(package, variant, &place, replaced, maps, &options, loaded)?
             }
-            files if source.names.is_empty() => Loaded::from_fmus(files, &source.connect)?,
+            files if source.names.is_empty() => {
+                Loaded::from_fmus(files, &source.connect, &options)?
+            }
             files => {
                 let files = files.iter().map(|file| file.display().to_string());
                 let files = source.names.iter().cloned().zip(files).collect();
-                Loaded::from_files(files, &source.connect, &FmuUse::default(), |file| {
-                    read(Path::new(file))
-                })?
+                let load = |file: &str| read(Path::new(file));
+                Loaded::from_files(files, &source.connect, &options, load)?
             }
         };
         let mut system = system.with_sizes(None, &source.parameters, &source.sizes)?;
@@ -135,6 +145,10 @@ impl System {
         for name in source.feedthrough {
             let allowed = system.allow_feedthrough(&name);
             allowed.with_context(|| format!("feedthrough `{name}`"))?;
+        }
+        for text in &source.solvers {
+            let chosen = system.choose_solver(text);
+            chosen.with_context(|| format!("solver `{text}`"))?;
         }
         for set in &source.parameters {
             system.apply_set(set)?;

@@ -41,7 +41,15 @@ pub fn read(
             format!("ModelStructure lists more than {most} dependencies, counted by element");
         return Err(root.error(text));
     }
-    let indicators = unknowns("EventIndicator")?.into_iter();
+    let indicators = unknowns("EventIndicator")?;
+    let mut listed = indicators.iter().map(|u| &into.variables[u.variable]);
+    if let Some(v) = listed.find(|v| v.kind != Kind::Real) {
+        let name = &v.name;
+        let text =
+            format!("ModelStructure lists `{name}` as an event indicator, but it is no Float64");
+        return Err(root.error(text));
+    }
+    let indicators = indicators.into_iter();
     into.event_indicators = indicators.map(|u| into.variables[u.variable].size()).sum();
     Ok(())
 }

@@ -7,7 +7,11 @@
 
 mod crowding;
 mod equations;
+mod integrals;
 mod plan;
+mod ramp;
+mod start;
+mod work;
 
 use std::any::Any;
 use std::cell::RefCell;
@@ -15,9 +19,8 @@ use std::ffi::CString;
 use std::rc::Rc;
 use std::sync::Arc;
 
-use anyhow::{Context, Error, Result, bail, ensure};
+use anyhow::{Context, Error, Result, bail};
 use fmu_solver::{Failure, Integrator, Stop, TOLERANCE};
-use serde::{Deserialize, Serialize};
 
 use crate::answer::{Answer, Ended};
 use crate::batch::Batch;
@@ -25,9 +28,10 @@ use crate::digits::short;
 use crate::fmi_instance::{Call, FmiInstance, Integration, MAX_PASSES};
 use crate::raw::{ContinuousValues, RawInstance};
 use crate::value::Value;
-use crowding::Crowding;
-use equations::{Equations, Fault, Ramp, Sides, check};
+use equations::{Equations, Fault, check};
 pub use plan::{ExchangePlan, as_component};
+use ramp::Ramp;
+use work::{SavedWork, Tracked, Work};
 
 /// Most internal steps and events within one communication step.
 const MAX_STEPS: u64 = 10_000_000;
@@ -45,48 +49,9 @@ pub struct ExchangeInstance {
     work: RefCell<Work>,
 }
 
-/// What is integrated, and its workspace.
-struct Work {
-    integrator: Integrator,
-    tolerance: f64,
-    /// Indicators.
-    z: Vec<f64>,
-    ramps: Vec<Ramp>,
-    tracked: Tracked,
-}
-
-/// What is tracked of an instance, and saved with the state of its FMU.
-#[derive(Clone, Deserialize, Serialize)]
-struct Tracked {
-    /// Present time and time of the next time event, s.
-    time: f64,
-    next: f64,
-    x: Vec<f64>,
-    sides: Sides,
-    /// Bits of the last value of each variable that was set.
-    given: Vec<Option<u64>>,
-    /// An input has another value than in the last step, or there was no step.
-    is_changed: bool,
-    is_started: bool,
-    is_initialized: bool,
-    is_in_event_mode: bool,
-    crowding: Crowding,
-    evaluations: u64,
-    events: u64,
-    stiff_since: Option<f64>,
-}
-
 struct Saved {
     inner: Box<dyn Any>,
     tracked: SavedWork,
-}
-
-#[derive(Clone, Deserialize, Serialize)]
-struct SavedWork {
-    tracked: Tracked,
-    integrator: Vec<f64>,
-    /// Start, values and rates of inputs that change.
-    ramps: Vec<(f64, Vec<f64>, Vec<f64>)>,
 }
 
 impl ExchangeInstance {
@@ -145,9 +110,11 @@ impl ExchangeInstance {
             }
         }
         (work.tracked.is_changed, work.tracked.is_started) = (false, true);
+        work.integrals.clear();
         for _ in 0..MAX_STEPS {
             let Tracked { time, next, .. } = work.tracked;
             if end - time <= close {
+                work.integrals.write_means(h, &mut work.tracked.means);
                 return Ok(());
             }
             let until = if next <= end + close { next } else { end };
@@ -163,16 +130,20 @@ impl ExchangeInstance {
     /// Advances to `until` at most, s; a new internal step may go to `limit`. Handles what happens
     /// there.
     fn internal_step(&self, work: &mut Work, [until, limit]: [f64; 2]) -> Result<()> {
-        let start = work.integrator.start();
+        let (start, from) = (work.integrator.start(), work.tracked.time);
         let mut x = std::mem::take(&mut work.tracked.x);
+        let mut integrals = std::mem::take(&mut work.integrals);
         let (integrator, mut equations) = self.equations(work);
         let advanced = integrator.advance(&mut equations, [until - start, limit - start], &mut x);
         let now = match advanced {
             Ok(Stop::Wanted) => until,
             _ => integrator.time(),
         };
-        let set = advanced.map(|stop| (stop, equations.set(now, &x)));
-        work.tracked.x = x;
+        let set = advanced.map(|stop| {
+            let added = integrals.add(integrator, &mut equations, [from, now]);
+            (stop, added.and_then(|()| equations.set(now, &x)))
+        });
+        (work.tracked.x, work.integrals) = (x, integrals);
         let (stop, set) = set.map_err(|failure| self.explain(failure, start, work.tolerance))?;
         set?;
         work.tracked.time = now;
@@ -241,14 +212,7 @@ impl ExchangeInstance {
             equations.get(ContinuousValues::Nominals, integrator.nominal_mut())
         };
         let read = { read }();
-        for nominal in integrator.nominal_mut() {
-            let size = nominal.abs();
-            *nominal = if size > 0.0 && size.is_finite() {
-                size
-            } else {
-                1.0
-            };
-        }
+        let unfit = start::unfit(&self.plan, &x, &z, integrator.nominal_mut());
         let tracked = &mut work.tracked;
         tracked.sides.set(&z);
         tracked.next = if next > tracked.time {
@@ -258,10 +222,13 @@ impl ExchangeInstance {
         };
         (tracked.is_in_event_mode, tracked.x, work.z) = (false, x, z);
         read?;
-        if let Some(k) = work.tracked.x.iter().position(|x| !x.is_finite()) {
-            let (name, value) = (&self.plan.names[k], work.tracked.x[k]);
-            let time = short(work.tracked.time);
-            bail!("the state `{name}` is {value} after the event at t = {time} s");
+        let (time, close) = (tracked.time, SAME * tracked.time.abs().max(1.0));
+        if let Some(unfit) = unfit {
+            bail!("{unfit} after the event at t = {} s", short(time));
+        }
+        if next < time - close {
+            let [next, time] = [next, time].map(short);
+            bail!("its next time event, at {next} s, is in the past at t = {time} s");
         }
         self.restart(work, true)
     }
@@ -295,18 +262,18 @@ impl ExchangeInstance {
     fn note(&self, batch: &Batch, value: impl Fn(usize) -> Option<u64>) -> Result<bool> {
         let work = &mut *self.work.borrow_mut();
         let (mut is_changed, mut is_continuous) = (false, true);
+        if work.tracked.is_initialized {
+            let now = work.tracked.time;
+            work.ramps.iter_mut().for_each(|ramp| ramp.move_to(now));
+        }
         for (k, variable) in batch.variables.iter().enumerate() {
             let (given, new) = (&mut work.tracked.given[*variable], value(k));
             is_changed |= *given != new || new.is_none();
             *given = new;
             is_continuous &= self.plan.is_continuous[*variable];
+            let new = f64::from_bits(new.unwrap_or_default());
             for ramp in &mut work.ramps {
-                let mut places = ramp.batch.variables.iter();
-                if let Some(place) = places.position(|v| v == variable) {
-                    is_changed |= ramp.rates[place] != 0.0;
-                    ramp.values[place] = f64::from_bits(new.unwrap_or_default());
-                    ramp.rates[place] = 0.0;
-                }
+                is_changed |= ramp.take(*variable, new);
             }
         }
         work.tracked.is_changed |= is_changed;
@@ -320,6 +287,9 @@ impl ExchangeInstance {
     fn explain(&self, failure: Failure<Fault>, start: f64, tolerance: f64) -> Error {
         match failure {
             Failure::System(Fault::Answer(answer)) => answer.into(),
+            Failure::System(Fault::Indicator(k, t)) => {
+                anyhow::anyhow!("event indicator {} is NaN at t = {} s", k + 1, short(t))
+            }
             Failure::System(Fault::NotFinite(state, value, t)) => {
                 let name = &self.plan.names[state];
                 anyhow::anyhow!(
@@ -339,63 +309,6 @@ impl ExchangeInstance {
                 )
             }
         }
-    }
-}
-
-impl Work {
-    fn new(plan: &ExchangePlan) -> Self {
-        let [n, indicators] = [plan.states, plan.indicators];
-        Self {
-            integrator: Integrator::new(vec![1.0; n], indicators, plan.pattern.clone(), 1.0),
-            tolerance: TOLERANCE,
-            z: vec![0.0; indicators],
-            ramps: Vec::new(),
-            tracked: Tracked {
-                time: f64::NAN,
-                next: f64::INFINITY,
-                x: vec![0.0; n],
-                sides: Sides {
-                    thresholds: vec![0.0; indicators],
-                    largest: vec![0.0; indicators],
-                },
-                given: vec![None; plan.is_continuous.len()],
-                is_changed: false,
-                is_started: false,
-                is_initialized: false,
-                is_in_event_mode: false,
-                crowding: Crowding::default(),
-                evaluations: 0,
-                events: 0,
-                stiff_since: None,
-            },
-        }
-    }
-
-    fn save(&self) -> SavedWork {
-        let ramps = self.ramps.iter();
-        SavedWork {
-            tracked: self.tracked.clone(),
-            integrator: self.integrator.state(),
-            ramps: ramps
-                .map(|r| (r.start, r.values.clone(), r.rates.clone()))
-                .collect(),
-        }
-    }
-
-    fn restore(&mut self, saved: &SavedWork) -> Result<()> {
-        let fits = saved.ramps.len() == self.ramps.len()
-            && saved.tracked.given.len() == self.tracked.given.len();
-        ensure!(
-            fits && self.integrator.set_state(&saved.integrator),
-            "a state of another run"
-        );
-        self.tracked.clone_from(&saved.tracked);
-        for (ramp, (start, values, rates)) in self.ramps.iter_mut().zip(&saved.ramps) {
-            ramp.start = *start;
-            ramp.values.clone_from(values);
-            ramp.rates.clone_from(rates);
-        }
-        Ok(())
     }
 }
 
@@ -446,7 +359,11 @@ impl FmiInstance for ExchangeInstance {
                 inner.call(call)?;
                 let work = &mut *self.work.borrow_mut();
                 (work.tracked.is_in_event_mode, work.tracked.is_initialized) = (true, true);
+                let now = work.tracked.time;
+                work.ramps.iter_mut().for_each(|ramp| ramp.start = now);
+                start::check_numbers(&self.raw, &self.plan)?;
                 self.settle(work)?;
+                start::check_vectors(&self.raw, &self.plan)?;
                 work.tracked.is_changed = false;
                 return Ok(0.0);
             }
@@ -477,7 +394,16 @@ impl FmiInstance for ExchangeInstance {
     }
 
     fn get(&self, batch: &Batch, values: &mut [f64]) -> Result<()> {
-        self.inner.get(batch, values)
+        self.inner.get(batch, values)?;
+        if let Some((_, means)) = &self.plan.means {
+            let known = &self.work.borrow().tracked.means;
+            for (variable, value) in batch.variables.iter().zip(values) {
+                let place = means.iter().position(|mean| mean == variable);
+                let mean = place.map(|place| known[place]);
+                *value = mean.filter(|mean| !mean.is_nan()).unwrap_or(*value);
+            }
+        }
+        Ok(())
     }
 
     fn set(&self, batch: &Batch, values: &[f64]) -> Result<()> {
@@ -498,15 +424,11 @@ impl FmiInstance for ExchangeInstance {
         let known = work
             .ramps
             .iter()
-            .position(|ramp| ramp.batch.variables == *variables);
+            .position(|ramp| ramp.sources.is_empty() && ramp.batch.variables == *variables);
         let place = known.unwrap_or_else(|| {
-            work.ramps.push(Ramp {
-                batch: batch.clone(),
-                start: 0.0,
-                values: vec![0.0; values.len()],
-                rates: vec![0.0; values.len()],
-                now: vec![0.0; values.len()],
-            });
+            let zeros = vec![0.0; values.len()];
+            let ramp = Ramp::new(batch, &[], [zeros.clone(), zeros]);
+            work.ramps.push(ramp);
             work.ramps.len() - 1
         });
         let (ramp, given) = (&mut work.ramps[place], &work.tracked.given);

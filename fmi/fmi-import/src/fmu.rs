@@ -124,7 +124,6 @@ impl Fmu {
             file: file.to_string(),
             library: unpacked.path(),
             description: unpacked.folder().join("modelDescription.xml"),
-            is_exchange: self.description.interface == fmi_description::Interface::ModelExchange,
         })
     }
 

@@ -88,6 +88,8 @@ pub use exchange::{ExchangePlan, as_component};
 #[cfg(feature = "native")]
 pub use exported::{UnsupportedType, exported_files};
 pub use fmu::Fmu;
+#[cfg(feature = "master")]
+pub use fmu_solver::Choice;
 pub use functions::Functions;
 #[cfg(feature = "native")]
 pub use instance::Instance;

@@ -111,8 +111,12 @@ impl Indicators {
                 self.values.swap(1, 2);
                 let found = self.values[2][i];
                 (at, z) = match theta < at[1] {
-                    true if found.abs() < z[1].abs() => ([at[0], theta, at[1]], [z[0], found, z[1]]),
-                    false if found.abs() < z[1].abs() => ([at[1], theta, at[2]], [z[1], found, z[2]]),
+                    true if found.abs() < z[1].abs() => {
+                        ([at[0], theta, at[1]], [z[0], found, z[1]])
+                    }
+                    false if found.abs() < z[1].abs() => {
+                        ([at[1], theta, at[2]], [z[1], found, z[2]])
+                    }
                     _ => break,
                 };
             }
@@ -121,7 +125,11 @@ impl Indicators {
     }
 
     /// Moves indicators that return at once after the event to the side from which they came.
-    fn return_at_once<S: System>(&mut self, system: &mut S, step: &mut Step) -> Result<(), S::Error> {
+    fn return_at_once<S: System>(
+        &mut self,
+        system: &mut S,
+        step: &mut Step,
+    ) -> Result<(), S::Error> {
         // A straight line, since a short flight bends within the step.
         let ([a, ..], start, end) = (&step.dense, &step.x, &step.end);
         for (i, x) in step.error.iter_mut().enumerate() {

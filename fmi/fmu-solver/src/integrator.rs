@@ -10,6 +10,7 @@ use super::algorithm::{Algorithm, Step};
 use super::dense_output::Indicators;
 use super::dormand_prince::DormandPrince;
 use super::rosenbrock::Rosenbrock;
+use super::runge_kutta::RungeKutta;
 use super::sparsity_pattern::SparsityPattern;
 use super::system::System;
 use super::{Counts, Failure, Workspace};
@@ -20,6 +21,20 @@ const STIFF: f64 = 3.25;
 const STIFF_STEPS: [u32; 2] = [15, 6];
 /// Numbers of the saved state before its vectors.
 const SCALARS: usize = 14;
+
+/// By which method an [`Integrator`] makes its internal steps.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Choice {
+    /// The explicit one, then the stiff one where that takes fewer steps.
+    #[default]
+    Automatic,
+    /// The explicit one.
+    Explicit,
+    /// The stiff one, if there is a pattern of the Jacobian.
+    Stiff,
+    /// Runge and Kutta's of order 4 with equal internal steps of at most this length, s.
+    Fixed(f64),
+}
 
 /// Why [`Integrator::advance`] has stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,9 +49,11 @@ pub enum Stop {
 
 /// A solver with a tolerance that remembers its internal step between communication steps.
 pub struct Integrator {
+    choice: Choice,
     explicit: DormandPrince,
     /// In use once the model is found stiff.
     stiff: Option<Box<Rosenbrock>>,
+    fixed: Option<RungeKutta>,
     pattern: Option<SparsityPattern>,
     workspace: Workspace,
     control: Control,
@@ -55,14 +72,18 @@ impl Integrator {
     /// longer than `longest`, s, which is finite.
     #[must_use]
     pub fn new(
+        choice: Choice,
         nominal: Vec<f64>,
         indicators: usize,
         pattern: Option<SparsityPattern>,
         longest: f64,
     ) -> Self {
+        let is_fixed = matches!(choice, Choice::Fixed(_));
         Self {
+            choice,
             explicit: DormandPrince::new(nominal.len()),
             stiff: None,
+            fixed: is_fixed.then(|| RungeKutta::new(nominal.len())),
             pattern,
             workspace: Workspace::new(nominal, indicators, longest, true),
             control: Control::new(0.0),
@@ -94,10 +115,14 @@ impl Integrator {
         self.workspace.counts
     }
 
-    /// Whether the model was found stiff.
+    /// Whether the stiff method is in use.
     #[must_use]
     pub fn is_stiff(&self) -> bool {
-        self.stiff_steps[0] >= STIFF_STEPS[0] && self.pattern.is_some()
+        let is_found = match self.choice {
+            Choice::Automatic => self.stiff_steps[0] >= STIFF_STEPS[0],
+            choice => choice == Choice::Stiff,
+        };
+        is_found && self.pattern.is_some()
     }
 
     /// Time of the last restart, s.
@@ -154,36 +179,47 @@ impl Integrator {
         x: &mut [f64],
     ) -> Result<Stop, Failure<S::Error>> {
         if self.at == self.reach && self.event.is_none() && self.at < until {
-            self.internal_step(system, [until, limit])?;
+            self.complete();
+            let done = self.internal_step(system, [until, limit]);
+            done.inspect_err(|_| self.workspace.step.dt = 0.0)?;
         }
-        let step = &mut self.workspace.step;
-        if until < self.reach || until == self.reach && self.event.is_none() {
-            self.at = until;
-            match until < self.reach {
-                true => x.copy_from_slice(step.interpolate((until - step.s) / step.dt)),
-                false if step.dt > 0.0 => self.complete(x),
-                false => x.copy_from_slice(&step.x),
+        let (stop, at) = match self.event {
+            _ if until < self.reach => (Stop::Wanted, until),
+            Some(_) => (Stop::Event, self.reach),
+            None if until == self.reach => (Stop::Wanted, until),
+            None => (Stop::StepEnd, self.reach),
+        };
+        self.at = at;
+        let step = &self.workspace.step;
+        match self.event {
+            Some(theta) if stop == Stop::Event => {
+                x.copy_from_slice(self.workspace.step.interpolate(theta));
             }
-            return Ok(Stop::Wanted);
+            _ if at == self.reach && step.dt > 0.0 => x.copy_from_slice(&step.end),
+            _ => x.copy_from_slice(self.states_at(at)),
         }
-        self.at = self.reach;
-        if let Some(theta) = self.event {
-            x.copy_from_slice(step.interpolate(theta));
-            return Ok(Stop::Event);
-        }
-        self.complete(x);
-        Ok(Stop::StepEnd)
+        Ok(stop)
     }
 
-    /// At the end of the internal step: what was its end is the start of the next one.
-    fn complete(&mut self, x: &mut [f64]) {
+    /// The states within the last internal step, s from the last restart.
+    pub fn states_at(&mut self, s: f64) -> &[f64] {
+        let step = &mut self.workspace.step;
+        match step.dt > 0.0 {
+            true => step.interpolate((s - step.s) / step.dt),
+            false => &step.x,
+        }
+    }
+
+    /// The end of the last internal step is the start of the next one.
+    fn complete(&mut self) {
         let Workspace {
             step, indicators, ..
         } = &mut self.workspace;
-        x.copy_from_slice(&step.end);
-        swap(&mut step.x, &mut step.end);
-        (step.s, step.dt) = (self.reach, 0.0);
-        indicators.pass();
+        if step.dt > 0.0 {
+            swap(&mut step.x, &mut step.end);
+            (step.s, step.dt) = (self.reach, 0.0);
+            indicators.pass();
+        }
     }
 
     fn internal_step<S: System>(
@@ -191,6 +227,7 @@ impl Integrator {
         system: &mut S,
         [until, limit]: [f64; 2],
     ) -> Result<(), Failure<S::Error>> {
+        let is_stiff = self.is_stiff();
         let Self {
             explicit,
             workspace,
@@ -202,8 +239,13 @@ impl Integrator {
         let lengths = [rest, rest.min(workspace.longest)];
         if workspace.step.x.is_empty() {
             workspace.step.dt = (until - s).min(workspace.longest);
-        } else if let (true, Some(pattern)) = (self.stiff_steps[0] >= STIFF_STEPS[0], &self.pattern)
-        {
+        } else if let (Choice::Fixed(longest), Some(method)) = (self.choice, &mut self.fixed) {
+            let rest = until - s;
+            workspace.step.dt = rest / (rest / longest).ceil();
+            method.begin(system, &workspace.step)?;
+            method.step(system, &mut workspace.step)?;
+            method.dense_output(system, &mut workspace.step)?;
+        } else if let (true, Some(pattern)) = (is_stiff, &self.pattern) {
             let make = || Box::new(Rosenbrock::new(pattern.clone()));
             let method = &mut **self.stiff.get_or_insert_with(make);
             workspace.controlled_step(method, system, lengths, control)?;
@@ -324,9 +366,17 @@ impl Integrator {
         } = &mut self.workspace.step;
         let Indicators { values, fired } = &mut self.workspace.indicators;
         let [start, after, ..] = values;
-        [nominal, x, end, start, after, fired, &mut self.explicit.0[6]]
-            .into_iter()
-            .chain(dense)
+        [
+            nominal,
+            x,
+            end,
+            start,
+            after,
+            fired,
+            &mut self.explicit.0[6],
+        ]
+        .into_iter()
+        .chain(dense)
     }
 }
 

@@ -25,7 +25,7 @@ mod runge_kutta;
 mod sparsity_pattern;
 mod system;
 
-pub use integrator::{Integrator, Stop};
+pub use integrator::{Choice, Integrator, Stop};
 pub use sparsity_pattern::SparsityPattern;
 pub use system::System;
 

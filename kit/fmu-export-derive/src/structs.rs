@@ -37,7 +37,14 @@ pub(crate) fn derive(input: &DeriveInput, role: Role) -> Result<TokenStream> {
     let skipped = skipped.map(|field| {
         let ty = field.value();
         let has_start = role == Role::Parameter && field.attributes.start.is_some();
-        let is_saved = format_ident!("{}", if has_start { "is_saved" } else { "is_saved_default" });
+        let is_saved = format_ident!(
+            "{}",
+            if has_start {
+                "is_saved"
+            } else {
+                "is_saved_default"
+            }
+        );
         quote_spanned!(ty.span()=> const _: () = __fmu::#is_saved::<#ty>();)
     });
     let skipped: TokenStream = skipped.collect();

@@ -32,8 +32,8 @@ pub use crate::schedule::STEP;
 use crate::schedule::{Between, parse_rate};
 
 use crate::structure::FmuUse;
-use crate::structure::package::{Package, read};
-use crate::structure::system::{System, named_file, split_file};
+use crate::structure::package::Package;
+use crate::structure::system::{System, split_file};
 use crate::wiring::Port;
 use fmi_import::digits::short;
 use fmi_import::output;
@@ -79,6 +79,12 @@ pub struct SystemArgs {
     /// and of a single FMU the name may be left out; repeatable [default: cs, if the FMU has it]
     #[arg(long = "interface", value_name = "[COMPONENT=]INTERFACE")]
     pub interfaces: Vec<String>,
+    /// Method by which components of Model Exchange are integrated: explicit, stiff, or fixed:STEP
+    /// with equal internal steps of at most STEP s and no tolerance; a pattern with `*` names
+    /// several, and without a name all are meant; repeatable [default: explicit, and stiff from
+    /// where that takes fewer steps]
+    #[arg(long = "solver", value_name = "[COMPONENT=]METHOD")]
+    pub solvers: Vec<String>,
     /// Components in processes of their own.
     #[command(flatten)]
     pub isolation: IsolationArgs,
@@ -172,9 +178,7 @@ impl SystemArgs {
                 "{option} is for a system, a packed .ssp or a .ssd: {why}"
             );
         }
-        let files = files.iter().map(|file| named_file(file)).collect();
-        let load = |file: &str| read(Path::new(file));
-        let system = System::from_files(files, connections, &self.fmu_use()?, load)?;
+        let system = System::from_fmus(files, connections, &self.fmu_use()?)?;
         self.changed(system, start_values)
     }
 
@@ -198,6 +202,10 @@ impl SystemArgs {
         for name in &self.feedthrough {
             let allowed = system.allow_feedthrough(name);
             allowed.with_context(|| format!("--feedthrough {name}"))?;
+        }
+        for text in &self.solvers {
+            let chosen = system.choose_solver(text);
+            chosen.with_context(|| format!("--solver {text}"))?;
         }
         for text in &self.rates {
             let (pattern, step) = parse_rate(text).context("--rate")?;

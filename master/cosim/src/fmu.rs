@@ -10,8 +10,8 @@ use fmi_import::batch::{Batch, Layout};
 use fmi_import::fmi_instance::{Arguments, FmiInstance};
 use fmi_import::value::Value;
 use fmi_import::{
-    ClockPlan, ExchangePlan, Functions, Limits, as_component, instantiate, is_triggered, messages,
-    output,
+    Choice, ClockPlan, ExchangePlan, Functions, Limits, as_component, instantiate, is_triggered,
+    messages, output,
 };
 
 use crate::io::digest::sha256;
@@ -62,9 +62,7 @@ impl Fmu {
         wanted: Option<Interface>,
         isolation: Option<Limits>,
     ) -> Result<Arc<Self>> {
-        // The host of a page passes on the functions of Co-Simulation alone.
-        let usable = if cfg!(feature = "native") { 2 } else { 1 };
-        let usable = &[Interface::CoSimulation, Interface::ModelExchange][..usable];
+        let usable = &[Interface::CoSimulation, Interface::ModelExchange][..];
         let wanted = wanted.as_ref().map_or(usable, std::slice::from_ref);
         Self::open(file, bytes, wanted, isolation)
             .with_context(|| format!("FMU `{file}` cannot be loaded"))
@@ -116,8 +114,8 @@ impl Fmu {
             sizes: HashMap::new(),
             isolation,
             plan: Arc::new(ClockPlan::new(&description, &layout)),
+            exchange: exchange_plan(&description, &layout)?,
             layout,
-            exchange: exchange_plan(&description),
             description,
             instances: Arc::default(),
             sha256,
@@ -171,11 +169,49 @@ impl Fmu {
             configuration: values.iter().filter_map(index).collect(),
             resized,
             sizes,
+            exchange: exchange_plan(&description, &layout)?,
             layout,
-            exchange: exchange_plan(&description),
             description,
             ..self.clone()
         }))
+    }
+
+    /// The same FMU, integrated by another method; None if it is for Co-Simulation.
+    ///
+    /// # Errors
+    /// It cannot be integrated by that method.
+    pub(crate) fn with_method(&self, choice: Choice) -> Result<Option<Arc<Self>>> {
+        let can_be_stiff = self
+            .exchange
+            .as_ref()
+            .is_none_or(|plan| plan.can_be_stiff());
+        ensure!(
+            choice != Choice::Stiff || can_be_stiff,
+            "the Jacobian of its states is too large without dependencies in its description"
+        );
+        Ok(self.with_exchange(|plan| plan.choice = choice))
+    }
+
+    /// The same FMU with the means over a step of outputs, pairs of an output and of the variable
+    /// that gets its mean; None if it is for Co-Simulation.
+    pub(crate) fn with_means(&self, of: &[[usize; 2]]) -> Option<Arc<Self>> {
+        self.with_exchange(|plan| plan.take_means(&self.description, &self.layout, of))
+    }
+
+    fn with_exchange(&self, change: impl FnOnce(&mut ExchangePlan)) -> Option<Arc<Self>> {
+        let mut plan = ExchangePlan::clone(self.exchange.as_ref()?);
+        change(&mut plan);
+        let exchange = Some(Arc::new(plan));
+        Some(Arc::new(Self {
+            exchange,
+            ..self.clone()
+        }))
+    }
+
+    /// The method by which it is integrated, if one is chosen.
+    pub(crate) fn method(&self) -> Option<Choice> {
+        let choice = self.exchange.as_ref()?.choice;
+        (choice != Choice::Automatic).then_some(choice)
     }
 
     /// Where its unpacked resources are: a URI or a path, depending on the version of FMI.
@@ -224,7 +260,8 @@ impl Fmu {
             let source = self.loaded.source(&self.file);
             let source = source.context("it was not unpacked here")?;
             let sizes = (&self.sizes, self.description.variables.len());
-            let made = IsolatedInstance::new(source, sizes, arguments, limits)?;
+            let made =
+                IsolatedInstance::new(source, sizes, self.exchange.as_deref(), arguments, limits)?;
             return Ok(made.map(|instance| Box::new(instance) as Box<dyn FmiInstance>));
         }
         #[allow(unreachable_code)] // known above
@@ -256,7 +293,8 @@ impl Fmu {
 }
 
 /// How an FMU for Model Exchange is integrated.
-fn exchange_plan(description: &Description) -> Option<Arc<ExchangePlan>> {
+fn exchange_plan(description: &Description, layout: &Layout) -> Result<Option<Arc<ExchangePlan>>> {
     let is_exchange = description.interface == Interface::ModelExchange;
-    is_exchange.then(|| Arc::new(ExchangePlan::new(description)))
+    let plan = is_exchange.then(|| ExchangePlan::new(description, layout));
+    Ok(plan.transpose()?.map(Arc::new))
 }

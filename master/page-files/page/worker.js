@@ -76,7 +76,7 @@
         fmi3[`fmi3Get${name}`] = this.getter(`fmi3Get${name}`, size);
         fmi3[`fmi3Set${name}`] = this.setter(`fmi3Set${name}`, size);
       }
-      for (const name of ["EnterInitializationMode", "ExitInitializationMode", "EnterEventMode", "EnterStepMode", "EnterConfigurationMode", "ExitConfigurationMode", "Terminate", "Reset", "SetFMUState"]) {
+      for (const name of ["EnterInitializationMode", "ExitInitializationMode", "EnterEventMode", "EnterStepMode", "EnterConfigurationMode", "ExitConfigurationMode", "Terminate", "Reset", "SetFMUState", "EnterContinuousTimeMode", "SetTime"]) {
         fmi3[`fmi3${name}`] = this.plain(`fmi3${name}`);
       }
       // What is pointed to, which goes there and back: [position, size of an element, position of the number, else it is one].
@@ -87,10 +87,22 @@
         GetOutputDerivatives: [[0, 4, 1], [2, 4, 1], [3, 8, 4]],
         GetFMUState: [[0, 4]],
         FreeFMUState: [[0, 4]],
+        CompletedIntegratorStep: [[1, 1], [2, 1]],
+        SetContinuousStates: [[0, 8, 1]],
+        GetContinuousStates: [[0, 8, 1]],
+        GetContinuousStateDerivatives: [[0, 8, 1]],
+        GetEventIndicators: [[0, 8, 1]],
+        GetNominalsOfContinuousStates: [[0, 8, 1]],
+        GetNumberOfContinuousStates: [[0, 4]],
+        GetNumberOfEventIndicators: [[0, 4]],
+        GetDirectionalDerivative: [[0, 4, 1], [2, 4, 3], [4, 8, 5], [6, 8, 7]],
       };
       for (const [name, arrays] of Object.entries(calls)) fmi3[`fmi3${name}`] = this.caller(`fmi3${name}`, arrays);
       Object.assign(fmi3, {
-        fmi3InstantiateCoSimulation: (...its) => this.instantiate(...its),
+        fmi3InstantiateCoSimulation: (name, token, resources, visible, logging, events, early, vr, n, environment) =>
+          this.instantiate("fmi3InstantiateCoSimulation", name, token, resources, [visible, logging, events, early, 0, 0], environment, [0]),
+        fmi3InstantiateModelExchange: (name, token, resources, visible, logging, environment) =>
+          this.instantiate("fmi3InstantiateModelExchange", name, token, resources, [visible, logging], environment, []),
         fmi3DoStep: (key, t, h, keeps, event, ends, early, time) => this.step(key, t, h, keeps, event, ends, early, time),
         fmi3UpdateDiscreteStates: (key, ...told) => this.update(key, told),
         fmi3FreeInstance: (handle) => this.free(handle),
@@ -140,15 +152,13 @@
     }
 
     /* `resources` names the module: "/3/". */
-    instantiate(name, token, resources, visible, logging, events, early, vr, n, environment) {
+    instantiate(call, name, token, resources, options, environment, last) {
       const path = text.decode(this.own.string(resources).slice(0, -1));
       const said = (status, message) => this.say(environment, status, message);
       try {
         const instance = new Instance(this, this.modules.get(Number(path.split("/")[1])).module, said);
         const own = (address) => instance.memory.place(this.own.string(address).slice());
-        instance.handle = instance.fmu.fmi3InstantiateCoSimulation(
-          own(name), own(token), own(resources), visible, logging, events, early, 0, 0, 0, instance.fmu.fmu_log_message?.() ?? 0, 0,
-        );
+        instance.handle = instance.fmu[call](own(name), own(token), own(resources), ...options, 0, instance.fmu.fmu_log_message?.() ?? 0, ...last);
         if (instance.handle === 0) return 0;
         for (const [file, content] of Object.entries(this.files)) instance.file(file, content);
         const key = this.next++;

@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 
-use fmi_import::standard::Function;
 use fmi_import::process::{self, Process};
+use fmi_import::standard::Function;
 use fmi_import::{Fmu, Limits};
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;

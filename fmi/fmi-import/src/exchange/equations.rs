@@ -5,8 +5,8 @@ use fmu_solver::System;
 use serde::{Deserialize, Serialize};
 
 use super::plan::ExchangePlan;
+use super::ramp::Ramp;
 use crate::answer::Answer;
-use crate::batch::Batch;
 use crate::fmi_instance::FmiInstance;
 use crate::raw::{Array, ContinuousValues, RawInstance};
 use crate::status::{DISCARD, ERROR, OK, WARNING};
@@ -14,19 +14,6 @@ use crate::status::{DISCARD, ERROR, OK, WARNING};
 /// Part of the largest value of an indicator that it must exceed to count as positive again: with
 /// this hysteresis rounding makes no events.
 const HYSTERESIS: f64 = 1e-13;
-
-/// Inputs that change at constant rates.
-#[derive(Debug)]
-pub(super) struct Ramp {
-    pub batch: Batch,
-    /// Time of the values, s.
-    pub start: f64,
-    /// Values at the start, and their derivatives, per s.
-    pub values: Vec<f64>,
-    pub rates: Vec<f64>,
-    /// Workspace.
-    pub now: Vec<f64>,
-}
 
 /// Which way each event indicator counts.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -61,6 +48,8 @@ pub(super) enum Fault {
     Answer(Answer),
     /// The derivative of this state is not finite: state, value, time in s.
     NotFinite(usize, f64, f64),
+    /// This event indicator is NaN; time in s.
+    Indicator(usize, f64),
 }
 
 /// The status of a C function, which has this name in FMI 2.0.
@@ -72,6 +61,13 @@ pub(super) fn check(raw: &RawInstance, status: i32, name: &'static str) -> Resul
             call: raw.functions().name(name),
         }),
     }
+}
+
+/// The answer in an error of an instance.
+#[cold]
+pub(super) fn answer(error: anyhow::Error, call: &'static str) -> Answer {
+    let status = ERROR;
+    error.downcast().unwrap_or(Answer { status, call })
 }
 
 /// The equations of one instance.
@@ -96,17 +92,9 @@ impl Equations<'_> {
             check(self.raw, status, "fmi2SetContinuousStates")?;
         }
         for ramp in self.ramps.iter_mut() {
-            let lines = ramp.values.iter().zip(&ramp.rates);
-            for (now, (value, rate)) in ramp.now.iter_mut().zip(lines) {
-                *now = value + rate * (t - ramp.start);
-            }
+            ramp.at(t);
             let set = self.inner.set(&ramp.batch, &ramp.now);
-            set.map_err(|error| {
-                error.downcast().unwrap_or(Answer {
-                    status: ERROR,
-                    call: "fmi2SetReal",
-                })
-            })?;
+            set.map_err(|error| answer(error, "fmi2SetReal"))?;
         }
         Ok(())
     }
@@ -158,6 +146,7 @@ impl System for Equations<'_> {
         match fault {
             Fault::Answer(answer) => answer.status == DISCARD,
             Fault::NotFinite(..) => true,
+            Fault::Indicator(..) => false,
         }
     }
 
@@ -166,6 +155,9 @@ impl System for Equations<'_> {
         self.set(self.t + s, x).map_err(Fault::Answer)?;
         self.get(ContinuousValues::Indicators, z)
             .map_err(Fault::Answer)?;
+        if let Some(k) = z.iter().position(|z| z.is_nan()) {
+            return Err(Fault::Indicator(k, self.t + s));
+        }
         let thresholds = self.sides.thresholds.iter();
         z.iter_mut().zip(thresholds).for_each(|(z, at)| *z -= at);
         Ok(())

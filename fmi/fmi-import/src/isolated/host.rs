@@ -350,7 +350,13 @@ impl Host {
             functions,
         } = loaded;
         let plan = Arc::new(ClockPlan::new(description, layout));
-        let exchange = (hosting.is_exchange).then(|| Arc::new(ExchangePlan::new(description)));
+        let exchange = hosting.exchange.as_ref().map(|given| {
+            let mut plan = ExchangePlan::new(description, layout)?;
+            plan.choice = given.choice;
+            plan.take_means(description, layout, &given.means);
+            anyhow::Ok(Arc::new(plan))
+        });
+        let exchange = exchange.transpose()?;
         let who = hosting.arguments.name.to_string_lossy();
         let who = format!("{who} (FMU `{}`)", hosting.file);
         let made = output::named(&who, || {
@@ -370,7 +376,7 @@ impl Host {
 fn load(hosting: &Hosting) -> Result<Loaded> {
     let read = |path: &Path| fs::read(path).with_context(|| path.display().to_string());
     let text = fmi_description::text(&read(&hosting.description)?)?;
-    let wanted = [match hosting.is_exchange {
+    let wanted = [match hosting.exchange.is_some() {
         true => Interface::ModelExchange,
         false => Interface::CoSimulation,
     }];

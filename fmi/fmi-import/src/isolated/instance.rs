@@ -12,11 +12,12 @@ use anyhow::{Context, Error, Result, ensure};
 
 use super::channel::{Answered, Channel, Due};
 use super::protocol::{
-    Hosting, NamedBatch, Pass, ROOM, RareAnswer, RareRequest, Request, is_frequent,
+    Hosting, Integrating, NamedBatch, Pass, ROOM, RareAnswer, RareRequest, Request, is_frequent,
 };
 use crate::Limits;
 use crate::answer::{Answer, LateAnswer};
 use crate::batch::Batch;
+use crate::exchange::ExchangePlan;
 use crate::fmi_instance::{Arguments, BegunCall, Call, FmiInstance, Integration};
 use crate::value::Value;
 
@@ -32,8 +33,6 @@ pub struct Source {
     pub library: PathBuf,
     /// Its model description.
     pub description: PathBuf,
-    /// It is for Model Exchange.
-    pub is_exchange: bool,
 }
 
 /// An instance in a process of its own, which ends with it.
@@ -75,14 +74,16 @@ impl Drop for State {
 }
 
 impl IsolatedInstance {
-    /// Starts a process and makes an instance in it; None if the FMU returns none. `sizes` are values
-    /// of structural parameters by value reference, with which it has so many `variables`.
+    /// Starts a process and makes an instance in it, for Model Exchange if there is a plan of that;
+    /// None if the FMU returns none. `sizes` are values of structural parameters by value reference,
+    /// with which it has so many `variables`.
     ///
     /// # Errors
     /// There is no program for the process, or the library cannot be loaded.
     pub fn new(
         source: Source,
         (sizes, variables): (&HashMap<u32, String>, usize),
+        exchange: Option<&ExchangePlan>,
         arguments: &Arguments,
         limits: Limits,
     ) -> Result<Option<Self>> {
@@ -90,7 +91,6 @@ impl IsolatedInstance {
             file,
             library,
             description,
-            is_exchange,
         } = source;
         // A request may have the variables of a batch and their values.
         let most = ROOM / 2 - 64;
@@ -112,7 +112,10 @@ impl IsolatedInstance {
             library,
             description,
             sizes: sizes.clone(),
-            is_exchange,
+            exchange: exchange.map(|plan| Integrating {
+                choice: plan.choice,
+                means: plan.means(),
+            }),
             arguments: arguments.clone(),
             limits,
         };

@@ -13,6 +13,7 @@ use std::sync::Mutex;
 use std::sync::atomic::AtomicU64;
 
 use anyhow::{Error, anyhow};
+use fmu_solver::Choice;
 use serde::{Deserialize, Serialize};
 
 use super::segment::Count;
@@ -164,10 +165,28 @@ pub struct Hosting {
     /// Its model description, and values of structural parameters.
     pub description: PathBuf,
     pub sizes: HashMap<u32, String>,
-    /// It is for Model Exchange.
-    pub is_exchange: bool,
+    /// How it is integrated, if it is for Model Exchange.
+    pub exchange: Option<Integrating>,
     pub arguments: Arguments,
     pub limits: Limits,
+}
+
+/// What an [`ExchangePlan`](crate::ExchangePlan) has besides the description: the method, and the
+/// outputs of which means are wanted with the variables that get them.
+#[derive(Deserialize, Serialize)]
+pub struct Integrating {
+    #[serde(with = "ChoiceDef")]
+    pub choice: Choice,
+    pub means: Vec<[usize; 2]>,
+}
+
+#[derive(Deserialize, Serialize)]
+#[serde(remote = "Choice")]
+enum ChoiceDef {
+    Automatic,
+    Explicit,
+    Stiff,
+    Fixed(f64),
 }
 
 /// An error of an instance with the messages before it.

@@ -234,6 +234,11 @@ calls! { self, c, f:
             ContinuousValues::Indicators => (f.fmi3GetEventIndicators)(c, array_pointer(values), n),
             ContinuousValues::Nominals => (f.fmi3GetNominalsOfContinuousStates)(c, array_pointer(values), n),
         };
+    /// Gets the number of continuous states or of event indicators. FMI 3.0 only.
+    fn number_of(which: ContinuousValues, n: &mut usize) = ABSENT, match which {
+        ContinuousValues::Indicators => (f.fmi3GetNumberOfEventIndicators)(c, n),
+        _ => (f.fmi3GetNumberOfContinuousStates)(c, n),
+    };
     /// Reports a completed step of the integrator. Returns in `told` whether Event Mode must be
     /// entered, and whether the FMU asks to end the simulation.
     fn completed_integrator_step(told: &mut [bool; 2]) = {

@@ -264,7 +264,11 @@ fn two_crossings_within_a_step_are_found() {
             };
             let ceiling = 0.5 * G * at * at - 1e-4;
             let z = |_: f64, x: &[f64], z: &mut [f64]| z[0] = ceiling - x[0];
-            let mut problem = Problem { f: throw, z, evaluations: 0.into() };
+            let mut problem = Problem {
+                f: throw,
+                z,
+                evaluations: 0.into(),
+            };
             let event = solver
                 .advance(&mut problem, (0.0, 1.0), &mut [0.0, G * at], &mut 1.0)
                 .unwrap();

@@ -257,11 +257,11 @@ impl<M: Model> Layout<M> {
         span.map_or(0, |(_, span)| span.offset as usize)
     }
 
-    /// The position of the state whose derivative is element `i` of a row.
+    /// The position of the variable, mostly a state, whose derivative is element `i` of a row.
     pub(crate) fn state_position(&self, row: &Variable<M>, i: usize) -> Option<usize> {
-        let mut rows = self.rows();
-        let state =
-            rows.find(|(_, state)| row.storage.is_derivative() && state.name == row.name)?;
+        let own = row.storage.is_derivative().then_some(row.name);
+        let name = own.or(row.rate_of)?;
+        let state = self.rows().find(|(_, state)| state.name == name)?;
         Some(state.0.start + i)
     }
 

@@ -224,6 +224,8 @@ pub struct Variable<M: Model> {
     pub(crate) max: f64,
     pub(crate) nominal: Option<f64>,
     pub(crate) enumeration: Option<Enumeration>,
+    /// The input or output of which this one is the time derivative.
+    pub(crate) rate_of: Option<&'static str>,
     /// The dependencies of the derivative, if the row is a state.
     pub(crate) rate_dependencies: Dependencies,
     pub(crate) dependencies: Dependencies,

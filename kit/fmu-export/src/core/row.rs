@@ -182,6 +182,7 @@ impl<M: Model> Variable<M> {
             max: f64::INFINITY,
             nominal: None,
             enumeration: None,
+            rate_of: None,
             rate_dependencies: Dependencies::Unknown,
             dependencies: Dependencies::Unknown,
             initial_dependencies: Dependencies::Unknown,
@@ -278,6 +279,11 @@ impl<M: Model> Variable<M> {
         /// For Model Exchange the list names states too; if it names none, the output depends on
         /// all of them, unless the list has [`NO_STATES`](crate::NO_STATES).
         depends_on(inputs: &'static [&'static str]) dependencies = Dependencies::Same([inputs, &[]]);
+
+        /// The row is the time derivative of this one of the same length, a velocity of a position:
+        /// both Real inputs, or both Real outputs. An importer of Model Exchange may then let the
+        /// input follow its derivative within a step.
+        rate_of(row: &'static str) rate_of = Some(row);
 
         /// The dependencies of the derivative, if the row is a state of a model with derives.
         rate_depends_on(knowns: &'static [&'static str]) rate_dependencies = Dependencies::Same([knowns, &[]]);

@@ -18,7 +18,7 @@ use crate::exchange::faults::Faults;
 use crate::io::digest::{sha256, sha256_of_file};
 use crate::run::experiment::Experiment;
 use crate::schedule::Stepping;
-use crate::structure::system::{Setting, System};
+use crate::structure::system::{Setting, System, method_name};
 use crate::structure::{Connection, Structure};
 
 /// Name of the part that a resumed run may have otherwise: it may go on for longer.
@@ -191,6 +191,9 @@ impl RunKey {
             let description = &fmu.description;
             if description.interface == Interface::ModelExchange {
                 self.add(format!("the interface of `{name}`"), "Model Exchange");
+                if let Some(method) = fmu.method().map(method_name) {
+                    self.add(format!("the solver of `{name}`"), method);
+                }
             }
             // Their values have the types and units of the variables.
             let bound = component.parameters.iter();

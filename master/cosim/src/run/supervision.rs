@@ -12,7 +12,7 @@ use crate::master::Master;
 use crate::run::alarms::AlarmWatch;
 use crate::run::divergence::Watch;
 use crate::run::verdict::Verdict;
-use crate::structure::system::System;
+use crate::structure::system::{System, method_name};
 use fmi_import::digits::short;
 use fmi_import::fmi_instance::Integration;
 use fmi_import::messages::{self, Message};
@@ -81,7 +81,8 @@ impl Supervision {
         let mut verdict = self.verdict(system, &master);
         for instance in master.instances() {
             if let Some(integration) = instance.integration() {
-                verdict.note(describe(&instance.name, &integration));
+                let method = instance.fmu().method().map(method_name);
+                verdict.note(describe(&instance.name, method, &integration));
             }
         }
         master.terminate()?;
@@ -129,7 +130,7 @@ fn judge(residuals: &[Residual], verdict: &mut Verdict) {
 }
 
 /// What the integration of a component of Model Exchange took.
-fn describe(name: &str, integration: &Integration) -> String {
+fn describe(name: &str, method: Option<String>, integration: &Integration) -> String {
     let Integration {
         steps,
         rejected,
@@ -142,8 +143,9 @@ fn describe(name: &str, integration: &Integration) -> String {
         let since = short(since);
         format!(", {jacobians} Jacobians: stiff from t = {since} s on")
     });
+    let method = method.map_or(String::new(), |method| format!(", {method}"));
     format!(
-        "{name} is integrated (Model Exchange): {steps} steps, {rejected} rejected, {evaluations} right-hand sides, {events} events{stiff}"
+        "{name} is integrated (Model Exchange{method}): {steps} steps, {rejected} rejected, {evaluations} right-hand sides, {events} events{stiff}"
     )
 }
 

@@ -3,6 +3,7 @@
 
 mod alarms;
 mod default_step;
+mod integration;
 mod names;
 mod sizes;
 mod values;
@@ -22,6 +23,7 @@ use crate::structure::{self, Alarm, Component, FmuUse, Structure, arrays};
 use crate::wiring::{Port, Wiring};
 
 pub use default_step::DefaultStep;
+pub(crate) use integration::method_name;
 pub(crate) use names::Names;
 pub use values::Setting;
 
@@ -171,17 +173,17 @@ impl System {
                 .iter()
                 .any(|component| component == name)
         })?;
+        self.take_means();
         self.fit_values()?;
         self.check_units()
     }
 
     /// A system of FMUs without a structure: `FILE`, a component named after the file, or
-    /// `NAME=FILE`; `connections` are written `a.y=b.u`.
-    pub fn from_fmus(files: &[PathBuf], connections: &[String]) -> Result<Self> {
+    /// `NAME=FILE`; `connections` are written `a.y=b.u`, and `options` say how components use their
+    /// FMUs.
+    pub fn from_fmus(files: &[PathBuf], connections: &[String], options: &FmuUse) -> Result<Self> {
         let files = files.iter().map(|file| named_file(file)).collect();
-        Self::from_files(files, connections, &FmuUse::default(), |file| {
-            read(Path::new(file))
-        })
+        Self::from_files(files, connections, options, |file| read(Path::new(file)))
     }
 
     /// As [`System::from_fmus`], from names and files; `options` say how components use their FMUs, and

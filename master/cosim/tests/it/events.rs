@@ -7,6 +7,7 @@ use std::path::PathBuf;
 
 use cosim::master::{Master, Schedule};
 use cosim::run::signals::Inputs;
+use cosim::structure::FmuUse;
 use cosim::structure::system::System;
 
 use super::foreign::compiled;
@@ -78,13 +79,13 @@ pub fn fmu(test: &str, component: &str, clocks: &str, flags: &str) -> PathBuf {
 pub const ABLE: &str = r#"hasEventMode="true" canHandleVariableCommunicationStepSize="true""#;
 
 pub fn alone(test: &str, clocks: &str) -> System {
-    System::from_fmus(&[fmu(test, "a", clocks, ABLE)], &[]).unwrap()
+    System::from_fmus(&[fmu(test, "a", clocks, ABLE)], &[], &FmuUse::default()).unwrap()
 }
 
 pub fn two(test: &str, clocks: &str, connections: &[&str]) -> anyhow::Result<System> {
     let files = ["a", "b"].map(|name| fmu(test, name, clocks, ABLE));
     let connections: Vec<String> = connections.iter().map(ToString::to_string).collect();
-    System::from_fmus(&files, &connections)
+    System::from_fmus(&files, &connections, &FmuUse::default())
 }
 
 pub fn master(system: &System, start: &[&str], schedule: Schedule) -> anyhow::Result<Master> {
@@ -132,7 +133,12 @@ fn a_periodic_clock_ticks_and_splits_the_step() {
 fn a_restored_run_ticks_as_it_did() {
     let clocks = PERIODIC.to_string() + CLOCKED + COUNTDOWN;
     let flags = format!("{ABLE} canGetAndSetFMUState=\"true\"");
-    let able = System::from_fmus(&[fmu("restored", "a", &clocks, &flags)], &[]).unwrap();
+    let able = System::from_fmus(
+        &[fmu("restored", "a", &clocks, &flags)],
+        &[],
+        &FmuUse::default(),
+    )
+    .unwrap();
     for schedule in SCHEDULES {
         let mut master = master(&able, &["a.u=3", "a.early=0.97"], schedule).unwrap();
         let mut level = Inputs::new(&able, &[able.port("a.level").unwrap()]).unwrap();
@@ -263,7 +269,8 @@ fn an_early_return_is_obeyed() {
 #[test]
 fn what_an_fmu_cannot_do_is_obeyed_or_said() {
     let flags = r#"hasEventMode="true" fixedInternalStepSize="0.04" canBeInstantiatedOnlyOncePerProcess="true""#;
-    let system = System::from_fmus(&[fmu("limits", "a", "", flags)], &[]).unwrap();
+    let system =
+        System::from_fmus(&[fmu("limits", "a", "", flags)], &[], &FmuUse::default()).unwrap();
     assert_eq!(
         system.default_step(1.0).map(|chosen| chosen.step),
         Some(0.04)
@@ -296,7 +303,12 @@ fn what_an_fmu_cannot_do_is_obeyed_or_said() {
 fn clocks_that_cannot_be_served_are_refused() {
     let clocks = PERIODIC.to_string() + CLOCKED;
     let of = |name: &str, clocks: &str, flags: &str| {
-        System::from_fmus(&[fmu("refused", name, clocks, flags)], &[]).unwrap()
+        System::from_fmus(
+            &[fmu("refused", name, clocks, flags)],
+            &[],
+            &FmuUse::default(),
+        )
+        .unwrap()
     };
     let fixed = of("fixed", &clocks, "hasEventMode=\"true\"");
     let mut started = master(&fixed, &[], Schedule::Standard).unwrap();

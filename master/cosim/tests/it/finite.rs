@@ -11,6 +11,7 @@ use cosim::run::signals::{Inputs, matching_real};
 use cosim::run::simulate::{self, Plan};
 use cosim::schedule::Between;
 use cosim::stepping::{StepControl, StepLimits};
+use cosim::structure::FmuUse;
 use cosim::structure::system::System;
 use fmi_description::Version;
 
@@ -96,7 +97,7 @@ fn fmu(test: &str, component: &str, version: Version) -> PathBuf {
 fn system(test: &str, version: Version, connections: &[&str]) -> System {
     let files = ["a", "b"].map(|name| fmu(test, name, version));
     let connections: Vec<String> = connections.iter().map(ToString::to_string).collect();
-    System::from_fmus(&files, &connections).unwrap()
+    System::from_fmus(&files, &connections, &FmuUse::default()).unwrap()
 }
 
 /// From 0.5 s on.
@@ -443,7 +444,7 @@ fn an_output_of_the_kit_ends_the_run() {
     fs::create_dir_all(&folder).unwrap();
     let file = folder.join("spring.fmu");
     fs::write(&file, fmu_of_kit("spring")).unwrap();
-    let alone = System::from_fmus(&[file], &[]).unwrap();
+    let alone = System::from_fmus(&[file], &[], &FmuUse::default()).unwrap();
     let x = [alone.port("spring.x").unwrap()];
     for schedule in SCHEDULES {
         let base = experiment(&alone, &["spring.k=1e308"], schedule);

@@ -10,6 +10,7 @@ use cosim::master::Schedule;
 use cosim::run::observer::Observer;
 use cosim::run::recording::Recording;
 use cosim::run::simulate::{self, Experiment};
+use cosim::structure::FmuUse;
 use cosim::structure::system::System;
 
 use super::support::{fmu, oscillator, scratch, settings, stepping, system};
@@ -20,7 +21,7 @@ pub fn spring(name: &str) -> System {
     fs::create_dir_all(&folder).unwrap();
     let file = folder.join("spring.fmu");
     fs::write(&file, fmu("spring")).unwrap();
-    System::from_fmus(&[file], &[]).unwrap()
+    System::from_fmus(&[file], &[], &FmuUse::default()).unwrap()
 }
 
 fn experiment(system: &System, table: Option<Table>) -> Experiment {

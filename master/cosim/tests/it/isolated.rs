@@ -69,7 +69,10 @@ fn isolated_components_give_the_same_bits() {
         let alone = of(&plain);
         assert!(alone.iter().any(|b| f64::from_bits(*b) != 0.0));
         for components in [&["all"][..], &["spring*"], &["mass2"]] {
-            assert!(of(&isolated(&plain, components)) == alone, "{schedule:?}, {components:?}");
+            assert!(
+                of(&isolated(&plain, components)) == alone,
+                "{schedule:?}, {components:?}"
+            );
         }
     }
 }
@@ -93,8 +96,13 @@ fn processes_threads_and_rates_go_together() {
 
 #[test]
 fn isolated_components_go_back_to_a_saved_state() {
-    let system = isolated(&system("isolated-saved", &oscillators(2)).unwrap(), &["all"]);
-    let mut master = experiment(&system, Schedule::GaussSeidel).start(&system).unwrap();
+    let system = isolated(
+        &system("isolated-saved", &oscillators(2)).unwrap(),
+        &["all"],
+    );
+    let mut master = experiment(&system, Schedule::GaussSeidel)
+        .start(&system)
+        .unwrap();
     steps(&mut master, 20);
     let saved = master.save().unwrap();
     let first = steps(&mut master, 20);
@@ -170,13 +178,22 @@ fn what_a_component_changes_in_its_process_is_said() {
     let folder = scratch("isolated-changes");
     for (asked, part) in [
         ("none none", "verdict: good"),
-        ("round step", "h2: fmi2DoStep changed the rounding mode; it was put back"),
+        (
+            "round step",
+            "h2: fmi2DoStep changed the rounding mode; it was put back",
+        ),
         ("chdir instantiate", "h2: it changed the working folder"),
         ("locale enter", "h2: it changed the locale"),
-        ("close exit", "h2: it changed the standard streams, which it closed"),
+        (
+            "close exit",
+            "h2: it changed the standard streams, which it closed",
+        ),
         ("thread_log step", "h2: from a thread (7 times)"),
         ("print load", "prints: first line"),
-        ("leave step", "still ran after fmi2FreeInstance; they ended with its process"),
+        (
+            "leave step",
+            "still ran after fmi2FreeInstance; they ended with its process",
+        ),
         ("segv free", "h2: fmi2FreeInstance at t = 1 s crashed"),
         ("segv unload", "h2: unloading the library crashed"),
         ("forms exit", "t = 1.5, n = 42, s = text, fmi2True"),
@@ -191,7 +208,9 @@ fn what_a_component_changes_in_its_process_is_said() {
 fn children(of: u32) -> Vec<u32> {
     let file = format!("/proc/{of}/task/{of}/children");
     let text = fs::read_to_string(file).unwrap_or_default();
-    text.split_whitespace().map(|id| id.parse().unwrap()).collect()
+    text.split_whitespace()
+        .map(|id| id.parse().unwrap())
+        .collect()
 }
 
 fn is_soon(condition: impl Fn() -> bool) -> bool {
@@ -253,7 +272,10 @@ fn a_killed_process_ends_the_run() {
     }
     let done = master.wait_with_output().unwrap();
     let error = String::from_utf8_lossy(&done.stderr).into_owned();
-    assert_contains(&error, &["error: h2", "its process ended in ", "signal: 9 (SIGKILL)"]);
+    assert_contains(
+        &error,
+        &["error: h2", "its process ended in ", "signal: 9 (SIGKILL)"],
+    );
     assert_eq!(done.status.code(), Some(1));
 }
 
@@ -262,14 +284,33 @@ fn a_killed_process_ends_the_run() {
 fn what_cannot_be_isolated_is_refused() {
     let [fmu, _] = packed("isolated-refused");
     for (words, part) in [
-        ("--isolate x", "--isolate x: the system has no component of this name; it has h2"),
-        ("--call-timeout 1", "--call-timeout is for components in processes of their own"),
-        ("--memory-limit 1GB", "--memory-limit is for components in processes of their own"),
-        ("--isolate all --call-timeout 0", "--call-timeout 0: it must be a time greater than 0 s"),
-        ("--isolate all --memory-limit 5", "--memory-limit 5: it must be a size such as 500MB"),
+        (
+            "--isolate x",
+            "--isolate x: the system has no component of this name; it has h2",
+        ),
+        (
+            "--call-timeout 1",
+            "--call-timeout is for components in processes of their own",
+        ),
+        (
+            "--memory-limit 1GB",
+            "--memory-limit is for components in processes of their own",
+        ),
+        (
+            "--isolate all --call-timeout 0",
+            "--call-timeout 0: it must be a time greater than 0 s",
+        ),
+        (
+            "--isolate all --memory-limit 5",
+            "--memory-limit 5: it must be a size such as 500MB",
+        ),
     ] {
         let mut command = Command::new(env!("CARGO_BIN_EXE_cosim"));
-        let done = command.args(["run", &fmu]).args(words.split(' ')).output().unwrap();
+        let done = command
+            .args(["run", &fmu])
+            .args(words.split(' '))
+            .output()
+            .unwrap();
         assert_contains(&String::from_utf8_lossy(&done.stderr), &[part]);
         assert_eq!(done.status.code(), Some(1), "{words}");
     }

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 
 use cosim::master::Master;
+use cosim::structure::FmuUse;
 use cosim::structure::system::System;
 
 use super::foreign::compiled;
@@ -43,7 +44,8 @@ fn directional_derivatives_of_elements_are_those_of_their_arrays() {
         ("b.y[3]", "a.u[2]"),
     ];
     let texts = connections.map(|(from, to)| format!("{from}={to}"));
-    let mut system = System::from_fmus(&["a", "b"].map(arrays), &texts).unwrap();
+    let mut system =
+        System::from_fmus(&["a", "b"].map(arrays), &texts, &FmuUse::default()).unwrap();
     system.structure.solves_loops = true;
     let gains = [[0.3, -0.7, 0.2], [0.5, 0.1, -0.4], [-0.2, 0.6, 0.8]];
     let starts = ["a.u[1]=0.7", "b.u[2]=-0.3", "b.k=0.5"];

@@ -9,6 +9,12 @@ mod error_messages;
 mod events;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod exchange;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod exchange_fmu;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod exchange_inputs;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod exchange_refused;
 mod faults;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod finite;

@@ -6,6 +6,7 @@ use std::path::PathBuf;
 use cosim::Experiment;
 use cosim::exchange::faults::Faults;
 use cosim::master::{Master, Schedule};
+use cosim::structure::FmuUse;
 use cosim::structure::system::System;
 
 use super::foreign::compiled;
@@ -63,7 +64,11 @@ fn fmus(test: &str) -> [PathBuf; 2] {
 fn sized(files: &[PathBuf], connections: &[&str], given: &[&str]) -> anyhow::Result<System> {
     let connections: Vec<String> = connections.iter().map(ToString::to_string).collect();
     let given: Vec<String> = given.iter().map(ToString::to_string).collect();
-    let system = System::from_fmus(files, &connections)?.with_sizes(None, &[], &given)?;
+    let system = System::from_fmus(files, &connections, &FmuUse::default())?.with_sizes(
+        None,
+        &[],
+        &given,
+    )?;
     system.check_fit()?;
     Ok(system)
 }

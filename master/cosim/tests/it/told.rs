@@ -3,6 +3,7 @@
 
 use std::fs;
 
+use cosim::structure::FmuUse;
 use cosim::structure::system::System;
 
 use super::foreign::compiled;
@@ -174,7 +175,7 @@ fn tiny_steps_are_taken_only_where_they_must() {
     };
     let chosen = |files: &[&str], span: f64| {
         let files: Vec<_> = files.iter().map(Into::into).collect();
-        let system = System::from_fmus(&files, &[]).unwrap();
+        let system = System::from_fmus(&files, &[], &FmuUse::default()).unwrap();
         let chosen = system.default_step(span).unwrap();
         ((chosen.step * 1e8).round(), chosen.text)
     };
@@ -354,7 +355,7 @@ fn an_array_is_named_as_a_whole() {
         let names = r#"time,"b.u[1,1]","b.u[1,2]","b.u[2,1]","b.u[2,2]","a.y[1,1]""#;
         assert!(rows[0].starts_with(names), "{}", rows[0]);
         assert_eq!(last(&rows), [2.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0, 0.0]);
-        let system = System::from_fmus(&[a.into()], &[]).unwrap();
+        let system = System::from_fmus(&[a.into()], &[], &FmuUse::default()).unwrap();
         let of = |text: &str| -> anyhow::Result<Vec<String>> {
             Ok(settings(&system, &[text])?
                 .into_iter()

@@ -169,6 +169,7 @@ impl Bytes {
             max,
             nominal,
             enumeration,
+            rate_of,
             rate_dependencies: _, // those of another row
             dependencies,
             initial_dependencies,
@@ -185,6 +186,9 @@ impl Bytes {
         self.each(enumeration.as_slice(), |all, e| all.text(e.name));
         self.dependencies(dependencies);
         self.dependencies(initial_dependencies);
+        if let Some(of) = rate_of {
+            self.texts(&["rate", of]);
+        }
         if structural || !shape.is_empty() {
             self.flags([structural]);
             self.each(shape, |all, length| match length {

@@ -24,6 +24,10 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &StartValues<M>) -> Res
         check_derivative::<M>(row)
             .map_err(|reason| format!("variable `{}`: {reason}", row.full_name()))?;
     }
+    for row in M::variables() {
+        check_rate::<M>(row)
+            .map_err(|reason| format!("variable `{}`: {reason}", row.full_name()))?;
+    }
     lengths(layout, start)?;
     let (parameters, input) = start;
     let knowns = Knowns::new(layout);
@@ -148,6 +152,28 @@ fn is_structured(name: &str) -> bool {
     match name.rsplit_once('.') {
         Some((before, last)) => before.split('.').all(part) && is_identifier(last),
         None => is_identifier(name),
+    }
+}
+
+/// A row that is the rate of another is a Real of the same causality and shape.
+fn check_rate<M: Model>(row: &Variable<M>) -> Result<(), String> {
+    let Some(name) = row.rate_of else {
+        return Ok(());
+    };
+    let is_fit = |of: &&Variable<M>| {
+        let are_inputs = [row, of].map(|row| matches!(row.storage, Storage::RealIn(_)));
+        let are_outputs = [row, of].map(|row| matches!(row.storage, Storage::RealOut(_)));
+        (are_inputs == [true; 2] || are_outputs == [true; 2])
+            && !of.discrete
+            && of.scalar == row.scalar
+            && of.shape == row.shape
+    };
+    let mut rows = M::variables().iter().filter(|of| of.name == name);
+    match rows.find(is_fit) {
+        Some(_) => Ok(()),
+        None => Err(format!(
+            "it is the rate of `{name}`, which must be a continuous Real of the same causality and length"
+        )),
     }
 }
 
