@@ -137,7 +137,7 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, inputs x in u, "rod positions, read if level = actuator")
         .unit("m").display_unit("mm").range(-10.0..=10.0),
     row!(V, inputs x_dot in u, "rod velocities; read by the virtual power flows and if level = actuator")
-        .unit("m/s").display_unit("mm/s").range(-100.0..=100.0),
+        .unit("m/s").display_unit("mm/s").range(-1e3..=1e3),
     row!(V, inputs F in u, "actuator forces, positive when pushing; read by the virtual power flows and, in a step, by the disturbance observer")
         .unit("N").display_unit("kN").range(-FORCE_MAX..=FORCE_MAX).not_in_evaluation(),
     row!(V, counted_input v_dc, "voltage of the DC link: its voltage limit is min(v_max, v_dc/sqrt(3)); until it is set, the nominal machine's counts")
@@ -159,7 +159,7 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, inputs reference.rod_position = u.reference_rod_position, "desired rod positions, read if level = actuator")
         .unit("m").display_unit("mm").range(-10.0..=10.0),
     row!(V, inputs reference.rod_velocity = u.reference_rod_velocity, "desired rod velocities, read if level = actuator")
-        .unit("m/s").display_unit("mm/s").range(-100.0..=100.0),
+        .unit("m/s").display_unit("mm/s").range(-1e3..=1e3),
     row!(V, inputs reference.rod_acceleration = u.reference_rod_acceleration, "desired rod accelerations, read if level = actuator")
         .unit("m/s2").range(-1e4..=1e4),
     row!(V, inputs reference.rod_force = u.reference_rod_force, "desired forces on the load, read if level = actuator")

@@ -116,6 +116,9 @@ impl Evaluation {
         let [a, b, c, wrist @ ..] = supervisor.gates();
         output.enable = [a, b, c].map(|on| on && !input.supply_missing);
         output.brake = [braked || input.supply_missing; 3];
+        if let (Some(currents), true) = (supervisor.holding_currents(), self.current_loop) {
+            output.i_q_required = currents;
+        }
         (output.wrist_enable, output.wrist_brake) = (wrist, [braked; 3]);
     }
 

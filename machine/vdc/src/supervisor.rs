@@ -108,6 +108,8 @@ pub(crate) struct Supervisor {
     errors: [[Swing; 2]; 3],
     /// Mean torques of the wrist joints, N·m; None before the first.
     wrist: Option<[f64; 3]>,
+    /// Mean required currents of the rods, A; None before the first.
+    currents: Option<[f64; 3]>,
     /// The joints' reference from [`Stage::Stopping`] on.
     motion: Motion,
     /// Start time of the stop, s; after a reset as long as the reference is to rest.
@@ -307,12 +309,23 @@ impl Supervisor {
         None
     }
 
-    /// Averages the wrist torques, N·m, over `h` s; the mean holds a payload of any mass.
-    pub(crate) fn average_wrist_torques(&mut self, torques: &[f64; 3], h: f64) {
-        let mean = self.wrist.get_or_insert(*torques);
-        for (mean, torque) in mean.iter_mut().zip(torques) {
-            *mean -= libm::expm1(-h / MEAN) * (torque - *mean);
+    /// Averages the torques of the wrist, N·m, and the rods' currents, A, over `h` s; their means hold
+    /// a payload of any mass.
+    pub(crate) fn average_commands(&mut self, torques: &[f64; 3], currents: &[f64; 3], h: f64) {
+        let share = -libm::expm1(-h / MEAN);
+        for (means, values) in [(&mut self.wrist, torques), (&mut self.currents, currents)] {
+            let means = means.get_or_insert(*values);
+            for (mean, value) in means.iter_mut().zip(values) {
+                *mean += share * (value - *mean);
+            }
         }
+    }
+
+    /// Currents that hold the rods while their brakes close, A, whatever sensors say; None unless
+    /// they close for a stop.
+    pub(crate) fn holding_currents(&self) -> Option<[f64; 3]> {
+        let is_closing = self.stage == Stage::Braking && !self.releases;
+        is_closing.then_some(self.currents).flatten()
     }
 
     /// Torque that holds wrist joint `j`, counted from 0, after the stop, N·m. `inertia` I is that

@@ -230,7 +230,7 @@ fn supervise(
     let (supervisor, ratings) = (&mut state.supervisor, &nominal.ratings);
     let before = supervisor.stage();
     if before < Stage::Braking {
-        supervisor.average_wrist_torques(&now.output.tau_wrist, h);
+        supervisor.average_commands(&now.output.tau_wrist, &now.output.i_q_required, h);
     }
     let tripped = (input.tripped.iter().any(|tripped| *tripped)).then_some(Cause::Tripped);
     // An empty hook sets off with the moment of the nominal payload, until it is found empty.

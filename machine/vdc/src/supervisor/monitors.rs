@@ -60,8 +60,9 @@ const FOUND: f64 = 2.0;
 const SMOOTHED: f64 = 50.0;
 /// Current that errors of sensor and regulator explain, over the largest.
 const CURRENT: f64 = 0.05;
-/// Rate of a wrist joint over the largest that is commanded.
-const RUNAWAY: f64 = 4.0;
+/// Rate of a wrist joint over the largest that is commanded: of one that finds its balance, and
+/// later beyond the wanted one.
+const RUNAWAY: [f64; 2] = [4.0, 1.0];
 
 /// What the law makes of the measurements, which the monitors compare them with.
 #[derive(Clone, Copy, Debug, Default)]
@@ -165,8 +166,8 @@ pub(crate) struct Monitors {
     disobeys: [Alarm; 3],
     /// Currents commanded in the step before, A.
     commanded: [f64; 3],
-    /// Rates of the wrist, smoothed, rad/s.
-    wrist: [f64; 3],
+    /// Rates of the wrist, and their differences from the wanted ones, smoothed, rad/s.
+    wrist: [[f64; 2]; 3],
     /// Drives of rods and wrist that do not do what they are told.
     pub(super) erring: [bool; DOF],
 }
@@ -194,7 +195,10 @@ impl Monitors {
             (Cause::JointEncoder, self.rods(now, nominal, input, h)),
             (Cause::Stale, self.stale(now, input, h)),
             (Cause::Torque, self.torques(nominal, input, h)),
-            (Cause::WristRate, self.wrist_runs_away(input, h)),
+            (
+                Cause::WristRate,
+                self.wrist_runs_away(now, settings, input, h),
+            ),
             (Cause::Following, self.following(now, nominal, settings, h)),
         ];
         let first = alarms.into_iter().find(|(_, is_on)| *is_on);
@@ -233,7 +237,7 @@ impl Monitors {
         self.error = now.tip_error;
         // Without a model the error is that of the load, and the law has no bound for it.
         let has_model = settings.mode.law().knows_actuators();
-        let removes = REMOVED / gains.omega_tip.max(1e-3);
+        let removes = removes(settings);
         if now.waits {
             self.settled = 0.0;
         }
@@ -370,17 +374,31 @@ impl Monitors {
         is_on
     }
 
-    /// Whether a joint of the wrist is faster than any command.
-    fn wrist_runs_away(&mut self, input: &Input, h: f64) -> bool {
+    /// Whether a joint of the wrist is faster than any command, or than what is wanted of it.
+    fn wrist_runs_away(
+        &mut self,
+        now: &Plausibility,
+        settings: &Settings,
+        input: &Input,
+        h: f64,
+    ) -> bool {
         let (limits, reached) = (RateLimits::default().joint, share(h * SMOOTHED));
+        let is_settled = self.settled >= removes(settings);
         let mut is_on = false;
-        for (j, rate) in (3..DOF).zip(&mut self.wrist) {
+        for (j, [rate, more]) in (3..DOF).zip(&mut self.wrist) {
             *rate += reached * (input.zeta_dot[j] - *rate);
-            self.erring[j] |= rate.abs() > RUNAWAY * limits[j];
+            *more += reached * (input.zeta_dot[j] - now.zeta_dot_r[j] - *more);
+            self.erring[j] |= rate.abs() > RUNAWAY[0] * limits[j]
+                || is_settled && more.abs() > RUNAWAY[1] * limits[j];
             is_on |= self.erring[j];
         }
         is_on
     }
+}
+
+/// Time in which the law's integral removes an error, s.
+fn removes(settings: &Settings) -> f64 {
+    REMOVED / settings.gains.omega_tip.max(1e-3)
 }
 
 fn length(of: [f64; 3]) -> f64 {

@@ -228,7 +228,7 @@ fn the_wrist_is_held_by_what_held_it_on_average() {
     let mut watch = Supervisor::default();
     for k in 0..3000 {
         let wave = 900.0 * (TAU * 7.0 * H * f64::from(k)).sin();
-        watch.average_wrist_torques(&[150.0 + wave, -90.0, 5.0], H);
+        watch.average_commands(&[150.0 + wave, -90.0, 5.0], &[0.0; 3], H);
     }
     watch.motion.zeta[5] = 0.2;
     let mut gains = Machine::reference().controller;

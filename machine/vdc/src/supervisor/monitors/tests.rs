@@ -216,10 +216,53 @@ fn a_current_that_is_not_the_commanded_one_is_an_alarm() {
     });
 }
 
+/// Magnets 40 % stronger or weaker than those of the machine file are no alarm, a torque that changes
+/// by half is; nor are friction and forces near zero. The motor gives 1/k of the current.
+#[test]
+fn a_factor_of_torque_is_found_and_its_change_is_an_alarm() {
+    let scaled = |factor: f64, now: &mut Plausibility, input: &mut Input| {
+        for i in 0..3 {
+            let more = (1.0 / factor - 1.0) * now.i_q_required[i];
+            now.i_q_required[i] += more;
+            input.i_q[i] += more;
+        }
+    };
+    for factor in [0.6, 1.4] {
+        let mut watched = Watched::new();
+        let mut found = None;
+        for _ in 0..5000 {
+            let (mut now, mut input) = watched.healthy();
+            scaled(factor, &mut now, &mut input);
+            let Watched {
+                monitors,
+                nominal,
+                settings,
+                steps,
+            } = &mut watched;
+            *steps += 1;
+            found = found.or(monitors.advance(&now, nominal, settings, &input, H));
+        }
+        assert_eq!(found, None, "{factor}");
+    }
+    let (cause, time) = Watched::new()
+        .cause(1.0, |_, now, input| scaled(0.5, now, input))
+        .expect("an alarm");
+    assert!(cause == Cause::Torque && time < 0.2, "{cause:?} {time}");
+}
+
+/// Smoothed over 20 ms, 1 rad/s exceeds 0.5 rad/s after 14 ms; ringing at 233 rad/s does not with 1 rad/s,
+/// since 1/4.8 of it passes.
 #[test]
 fn a_wrist_that_runs_away_is_an_alarm() {
-    found(Cause::WristRate, 0.0, |size, t, _, input| {
-        input.zeta_dot[4] = RATE + 2.0 * size;
-        input.zeta[4] += 2.0 * size * t;
+    let time = found(Cause::WristRate, 0.016, |size, t, _, input| {
+        input.zeta_dot[4] = RATE + size;
+        input.zeta[4] += size * t;
     });
+    assert!(time > 0.012, "{time}");
+    let rings = |t: f64, _: &mut Plausibility, input: &mut Input| {
+        input.zeta_dot[4] += (233.0 * t).sin();
+        input.zeta[4] += (1.0 - (233.0 * t).cos()) / 233.0;
+    };
+    let cause = Watched::new().cause(1.0, rings).map(|(cause, _)| cause);
+    assert_ne!(cause, Some(Cause::WristRate));
 }
