@@ -206,6 +206,15 @@ def test_the_machine_rests_under_commanded_rates(fmu_dir, tmp_path, world, syste
     assert done.returncode == 0 and [row["rests"] for row in rows] == ["true"] * 6, done.stdout + done.stderr
 
 
+def test_the_machine_rests_before_a_path(fmu_dir, tmp_path):
+    """In a pose where the slew swung by 1.1 % at 4 Hz under the gains of a path, and three in which an empty hook was stopped as it set off."""
+    options = ["--world", "real", "--law", "adaptive_integral", "--follows", "path", "--poses", 20, "--csv", tmp_path / "r.csv", "--check"]
+    done = call("hdrm-fmu", "rest", "--system", fmu_dir / "Real.ssp", *options)
+    rows = list(csv.DictReader((tmp_path / "r.csv").open()))
+    assert done.returncode == 0 and [row["rests"] for row in rows] == ["true"] * 12, done.stdout + done.stderr
+    assert max(float(row["swing"]) for row in rows) < 6e-3, rows
+
+
 def test_weighing_makes_no_payload_worse(fmu_dir, tmp_path):
     """A light payload far off and full ones that sag: never worse than without weighing. An empty hook: kept instead of stopped."""
     shifts = [option for shift in ("0,0,0", "0,-0.25,0", "0,0,0.5") for option in ("--shift", shift)]

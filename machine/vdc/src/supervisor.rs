@@ -13,6 +13,7 @@
 
 mod cause;
 mod monitors;
+mod swing;
 
 pub use cause::Cause;
 pub(crate) use monitors::Plausibility;
@@ -27,12 +28,8 @@ use monitors::Monitors;
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
-use std::f64::consts::TAU;
+use swing::{MEAN, Swing};
 
-/// Band in which oscillations are detected, Hz: the boom's mode is between 3 and 9 Hz.
-const BAND: [f64; 2] = [2.0, 20.0];
-/// Time constant of the mean squares, s: two periods of the slowest mode.
-const MEAN: f64 = 0.3;
 /// Upper threshold of the oscillation power over rated force times rated speed: 25 W on the
 /// reference machine, where normal operation has up to 13 W and oscillation 35 W and more.
 const UPPER: f64 = 5e-3;
@@ -120,28 +117,6 @@ pub(crate) struct Supervisor {
     /// Whether the brakes are to be released after a reset.
     releases: bool,
     monitors: Monitors,
-}
-
-/// Mean square of a band-passed signal.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct Swing {
-    /// States of two high-passes and one low-pass; None before the first value.
-    passes: Option<[f64; 3]>,
-    square: f64,
-}
-
-impl Swing {
-    /// Adds the value `x`, which is held for `h` s.
-    fn add(&mut self, x: f64, h: f64) {
-        let share = |rate: f64| -libm::expm1(-h * rate);
-        let [low, high] = BAND.map(|f| share(TAU * f));
-        let [a, b, c] = self.passes.get_or_insert([x, 0.0, 0.0]);
-        *a += low * (x - *a);
-        let rest = x - *a;
-        *b += low * (rest - *b);
-        *c += high * (rest - *b - *c);
-        self.square += share(1.0 / MEAN) * (*c * *c - self.square);
-    }
 }
 
 impl Supervisor {

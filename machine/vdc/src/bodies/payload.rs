@@ -297,6 +297,27 @@ mod tests {
         }
     }
 
+    /// Load cells that doubt a little what has been found, as shaken by the hook that sets off, do
+    /// not bring the payload back; with as much from the start the hook is not empty.
+    #[test]
+    fn a_doubt_does_not_fill_an_empty_hook() {
+        for (first, then, is_empty) in [(0.0, 0.4, true), (0.4, 0.4, false), (0.0, 0.6, false)] {
+            let mut weighing = Weighing::default();
+            for k in 0..100 {
+                // A swing without an inertia of a payload.
+                let swing = (0.1 * f64::from(k)).sin();
+                let mass = if k < 50 { first } else { 2.0 * then - first };
+                let felt = HookReadings {
+                    torque: [0.0, HOOK.own[1] * 100.0 * swing, 0.0],
+                    rate: [0.0, 1.0 - (0.1 * f64::from(k)).cos(), 0.0],
+                    booms: [1, 2].map(|i| HOOK.own_moments[i] + mass * HOOK.payload_moments[i]),
+                };
+                weighing.advance(&felt, &HOOK, 1e-3);
+            }
+            assert_eq!(weighing.is_empty(), is_empty, "{first} {then} {weighing:?}");
+        }
+    }
+
     /// Mass and an error of all booms by two equations; where the moments of booms and payload are
     /// alike, the booms count as known.
     #[test]

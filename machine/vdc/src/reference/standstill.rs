@@ -38,3 +38,36 @@ impl Standstill {
         };
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::UnitQuaternion;
+
+    const H: f64 = 1e-3;
+
+    /// What stands in place `x`, m.
+    fn at(x: f64) -> DesiredMotion {
+        DesiredMotion::rest(Vector3::new(x, 0.0, 0.0), UnitQuaternion::identity())
+    }
+
+    fn after(standstill: &mut Standstill, seconds: f64, x: impl Fn(f64) -> f64) -> f64 {
+        for k in 0..(seconds / H).round() as u32 {
+            standstill.advance(&at(x(H * f64::from(k))), H);
+        }
+        standstill.share()
+    }
+
+    /// None of it in the rest before a path, the whole after 5 s, and none 0.1 s after a start; a
+    /// position that moves without a velocity, as from an importer that gives none, is no rest.
+    #[test]
+    fn gains_fall_after_a_while_at_rest() {
+        let mut standstill = Standstill::default();
+        assert_eq!(after(&mut standstill, 4.0, |_| 0.3), 0.0);
+        let half = after(&mut standstill, 0.75, |_| 0.3);
+        assert!((half - 0.5).abs() < 3.0 * H / FALLS, "{half}");
+        assert!((after(&mut standstill, 5.0, |_| 0.3) - 1.0).abs() < 1e-12);
+        assert_eq!(after(&mut standstill, 0.103, |t| 0.3 + t), 0.0);
+        assert_eq!(after(&mut standstill, 20.0, |t| 1e-3 * t), 0.0);
+    }
+}

@@ -1,7 +1,9 @@
 //! Tests of the supervisor's stages, gains and torques.
 
+use super::swing::BAND;
 use super::*;
 use machine_file::Machine;
+use std::f64::consts::TAU;
 
 const H: f64 = 1e-3;
 const RATINGS: [[f64; 2]; 3] = [[70e3, 0.07]; 3];

@@ -266,3 +266,21 @@ fn a_wrist_that_runs_away_is_an_alarm() {
     let cause = Watched::new().cause(1.0, rings).map(|(cause, _)| cause);
     assert_ne!(cause, Some(Cause::WristRate));
 }
+
+/// Commanded rates wait for a joint that stands on something: an error of 0.2 m is no alarm then, a
+/// jump still is.
+#[test]
+fn a_reference_that_waits_is_followed() {
+    let waits = |_: f64, now: &mut Plausibility, _: &mut Input| now.waits = true;
+    let far = |t: f64, now: &mut Plausibility, input: &mut Input| {
+        waits(t, now, input);
+        now.tip_error[1] = 0.2 * t.min(1.0);
+    };
+    assert_eq!(Watched::new().cause(3.0, far), None);
+    let jumps = |t: f64, now: &mut Plausibility, input: &mut Input| {
+        waits(t, now, input);
+        now.tip_error[1] = if t > 1.0 { 0.2 } else { 0.0 };
+    };
+    let found = Watched::new().cause(3.0, jumps);
+    assert_eq!(found.map(|(cause, _)| cause), Some(Cause::Following));
+}
