@@ -22,8 +22,6 @@ struct Example {
     source: &'static str,
     /// The text in the source that is replaced by the name of the model.
     name: &'static str,
-    /// Its description in the documentation.
-    about: &'static str,
     /// Its line among the dependencies.
     serde: &'static str,
     /// Path and text of further files.
@@ -46,7 +44,6 @@ pub enum Name {
 const LAG: Example = Example {
     source: include_str!("../template/src/lib.rs.in"),
     name: "{{model}}",
-    about: "A first-order lag: T dy/dt = u &minus; y.",
     serde: "",
     files: &[],
 };
@@ -54,14 +51,12 @@ const LAG: Example = Example {
 const ROD: Example = Example {
     source: include_str!("../template/rod/lib.rs"),
     name: "Rod",
-    about: "Conduction of heat in a rod of cells whose ends are held at two temperatures.",
     ..LAG
 };
 
 const DRIVE: Example = Example {
     source: include_str!("../template/map/lib.rs"),
     name: "Drive",
-    about: "A motor whose efficiency is a map from a file, and one heat node.",
     files: &[(
         "resources/efficiency.csv",
         include_str!("../template/map/resources/efficiency.csv"),
@@ -72,7 +67,6 @@ const DRIVE: Example = Example {
 const BATTERY: Example = Example {
     source: include_str!("../template/battery/lib.rs"),
     name: "Battery",
-    about: "Cells in series as an equivalent circuit, with one RC pair and one heat node.",
     ..LAG
 };
 
@@ -80,7 +74,6 @@ const BATTERY: Example = Example {
 const OVEN: Example = Example {
     source: include_str!("../template/events/lib.rs"),
     name: "Oven",
-    about: "An oven with a thermostat, which switches the heater within steps.",
     serde: "serde = { version = \"1\", features = [\"derive\"] }\n",
     ..LAG
 };
@@ -118,7 +111,6 @@ pub fn new(path: &Path, fmu_export: Option<&Path>, example: Option<Name>) -> Res
     for (file, text) in TEMPLATE.iter().chain(example.files) {
         let source = example.source.replace(example.name, &model);
         let text = (text.replace("{{source}}", &source))
-            .replace("{{about}}", example.about)
             .replace("{{serde}}", example.serde)
             .replace("{{name}}", name)
             .replace("{{model}}", &model);

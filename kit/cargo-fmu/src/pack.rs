@@ -190,6 +190,14 @@ fn pack_fmu(
     let mut entries = library::exported_files(loaded, version)?;
     let description = library::description(&entries);
     let description = description.with_context(|| loaded.display().to_string())?;
+    let about = about(library::description_text(&entries)?).to_owned();
+    let is_lag = |name: &&str| description.variables.iter().any(|v| v.name == *name);
+    ensure!(
+        about != LAG || LAG_VARIABLES.iter().all(is_lag),
+        "{}: the model's description is still that of the template, `{LAG}`: write your own in the doc comment above the struct with \
+         #[derive(State)]",
+        loaded.display()
+    );
     let identifier = description.identifier;
     for (platform, bytes) in libraries {
         if let Some(path) = platform.library(version, &identifier) {
@@ -202,12 +210,40 @@ fn pack_fmu(
             (_, path) => path,
         };
         let entry = entries.entry(path.to_string());
-        entry.or_insert_with(|| bytes.clone());
+        entry.or_insert_with(|| match path {
+            "documentation/index.html" => described(bytes, &about),
+            _ => bytes.clone(),
+        });
     }
     let path = out.join(identifier).with_extension("fmu");
     let size = entries::write(&path, &entries)?;
     println!("packed {} ({} kB)", path.display(), size / 1000);
     Ok(path)
+}
+
+/// The model of `cargo fmu new`, which is to be replaced.
+const LAG: &str = "A first-order lag";
+const LAG_VARIABLES: [&str; 3] = ["time_constant", "u", "y"];
+
+/// The model's description, escaped as it is in its XML; empty if there is none.
+fn about(model_description: &str) -> &str {
+    let root = model_description.find("<fmiModelDescription");
+    let root = root.map_or("", |at| &model_description[at..]);
+    let root = root.split_once('>').map_or("", |(root, _)| root);
+    let text = root
+        .split_once(" description=\"")
+        .map_or("", |(_, text)| text);
+    text.split_once('"').map_or("", |(text, _)| text)
+}
+
+/// A page of documentation, in which a comment stands for the model's description.
+fn described(page: &[u8], about: &str) -> Vec<u8> {
+    match std::str::from_utf8(page) {
+        Ok(page) => page
+            .replace("<!-- description -->", &format!("<p>{about}</p>"))
+            .into_bytes(),
+        Err(_) => page.to_vec(),
+    }
 }
 
 /// The icon in an FMU of FMI 3.0.
@@ -252,7 +288,7 @@ fn files_by_convention(folder: &Path) -> Result<Entries> {
 
 #[cfg(test)]
 mod tests {
-    use super::{files_by_convention, profile};
+    use super::{about, described, files_by_convention, profile};
     use std::fs;
 
     #[test]
@@ -271,6 +307,19 @@ mod tests {
         let found = files_by_convention(folder.path()).unwrap();
         assert_eq!(found.keys().collect::<Vec<_>>(), wanted);
         assert_eq!(found["model.png"], b"model.png");
+    }
+
+    #[test]
+    fn a_page_has_the_description_of_the_model() {
+        let xml = "<?xml version=\"1.0\"?>\n<fmiModelDescription fmiVersion=\"2.0\" description=\"hot &amp; cold\" x=\"y\">\n<A description=\"no\"/>";
+        assert_eq!(about(xml), "hot &amp; cold");
+        assert_eq!(about("<fmiModelDescription><A description=\"no\"/>"), "");
+        let template = include_bytes!("../template/documentation/index.html.in");
+        let page = String::from_utf8(described(template, about(xml))).unwrap();
+        assert!(
+            page.contains("\n<p>hot &amp; cold</p>\n") && !page.contains("lag"),
+            "{page}"
+        );
     }
 
     #[test]

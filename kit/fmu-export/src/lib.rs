@@ -109,6 +109,10 @@ mod fmi2;
 mod fmi3;
 #[doc(no_inline)]
 pub use fmu_solver as solver;
+/// For types of fields with `#[fmu(skip)]`: `#[derive(Serialize, Deserialize)]` of the prelude with
+/// `#[serde(crate = "fmu_export::serde")]` needs no dependency.
+#[doc(no_inline)]
+pub use serde;
 pub mod tables;
 #[cfg(target_arch = "wasm32")]
 mod wasm;
@@ -157,7 +161,8 @@ pub use {
 #[cfg(feature = "derive")]
 pub mod prelude {
     pub use crate::{
-        Binary, Choice, Enumeration, Event, Info, Input, InputPolynomial, Model, ModelError, Ode,
-        Output, Parameters, State, StepEnd, Unit, Variable, derived, export_fmu,
+        Binary, Choice, Enumeration, Event, Info, Input, InputPolynomial, Log, Model, ModelError,
+        Ode, Output, Parameters, State, StepEnd, Unit, Variable, derived, export_fmu,
     };
+    pub use serde::{Deserialize, Serialize};
 }

@@ -17,18 +17,29 @@ impl<M: Model> ModelCheck<M> {
         };
         let mut point = self.start.clone();
         let first = output(&self.layout, &model, &point);
-        for k in 0..4 {
+        for k in 0..8 {
             self.compare_inputs(&model, &point);
             self.compare_states(&model, &point);
+            self.compare_rates(&model, &point);
             self.derivatives(&model, &point);
             if let (Ok(first), Ok(now)) = (&first, output(&self.layout, &model, &point)) {
                 self.compare_fixed(first, &now);
             }
-            if advance(&mut model, &point, f64::from(k) * step, step).is_err() {
+            if advance(&mut model, &point, k as f64 * step, step).is_err() {
                 return;
             }
-            // Other inputs next time, as far as the model accepts them.
+            // Other inputs next time, as far as the model accepts them; from the fourth time on such
+            // that lead to events which small changes never reach.
             for (n, element) in self.layout.samples() {
+                if k >= 3 && element.1.causality == Causality::Input {
+                    let others = point.over_range(element);
+                    let other = others.get((k + n) % others.len().max(1));
+                    match other.filter(|at| output(&self.layout, &model, at).is_ok()) {
+                        Some(other) => point = other.clone(),
+                        None => {}
+                    }
+                    continue;
+                }
                 let mut moved = point.clone();
                 let part = 0.01 * (1.0 + ((7 * n + 3) % 11) as f64);
                 if element.1.causality == Causality::Input
@@ -46,11 +57,14 @@ impl<M: Model> ModelCheck<M> {
             return;
         };
         for (known, element) in self.layout.samples() {
-            for part in [1e-3, 0.2] {
+            if element.1.causality != Causality::Input {
+                continue;
+            }
+            let near = [1e-3, 0.2].into_iter().filter_map(|part| {
                 let mut moved = point.clone();
-                if element.1.causality != Causality::Input || !moved.perturb(element, part) {
-                    continue;
-                }
+                moved.perturb(element, part).then_some(moved)
+            });
+            for moved in near.chain(point.over_range(element)) {
                 let Ok(found) = output(&self.layout, model, &moved) else {
                     continue;
                 };

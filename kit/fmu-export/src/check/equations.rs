@@ -4,6 +4,8 @@
 use super::derivatives::shift_input;
 use super::model_check::{ModelCheck, output};
 use super::point::Point;
+use crate::core::causality::{Causality, Dependencies};
+use crate::core::dependencies::elements;
 use crate::core::layout::Element;
 use crate::core::model::{ModelExchange, Variable, real_outputs, zero};
 use crate::core::storage::Storage;
@@ -54,6 +56,78 @@ impl<M: Model> ModelCheck<M> {
             }
         }
         Ok(())
+    }
+
+    /// Compares the derivatives that only the model's solver uses with the inputs and states that
+    /// they declare to depend on: it has its Jacobian from these.
+    pub(super) fn compare_rates(&mut self, model: &M, point: &Point<M>) {
+        let (Some(equations), None) = (M::EVENTS, M::MODEL_EXCHANGE) else {
+            return;
+        };
+        let find = |name: &str| {
+            let mut rows = self.layout.rows();
+            let row = rows.find(|(_, row)| row.name == name && !row.storage.is_parameter())?;
+            Some(((), row.0))
+        };
+        // Position of each state, and the row and index of its derivative.
+        let mut states = Vec::new();
+        for row in (equations.derivatives)() {
+            let elements = find(row.name)
+                .map_or(0..0, |((), elements)| elements)
+                .enumerate();
+            states.extend(elements.map(|(i, position)| (position, i, row)));
+        }
+        let rates = |model: &M, Point(p, u): &Point<M>| {
+            let (now, mut rate) = (M::Evaluation::new(model, p, u).ok()?, model.clone());
+            let mut dx = vec![0.0; states.len()];
+            (equations.write_derivatives(model, (p, u, &now, 0.0), &mut rate, &mut dx)).ok()?;
+            Some(dx)
+        };
+        let Some(expected) = rates(model, point).filter(|dx| !dx.is_empty()) else {
+            return;
+        };
+        let mut found = Vec::new();
+        for (known, element) in self.layout.samples() {
+            let state = states.iter().position(|state| state.0 == known);
+            match state {
+                Some(k) => {
+                    let mut x = vec![0.0; states.len()];
+                    (equations.states)(model, &mut x);
+                    let size = element.1.nominal.unwrap_or(1.0).max(x[k].abs());
+                    for part in [1e-3, 0.2, -3.0] {
+                        let (mut model, mut x) = (model.clone(), x.clone());
+                        x[k] += part * size;
+                        (equations.set_states)(&mut model, &x);
+                        found.extend(rates(&model, point).map(|dx| (known, dx)));
+                    }
+                }
+                None if element.1.causality == Causality::Input => {
+                    let moved = point.over_range(element);
+                    let moved = moved.iter().filter_map(|point| rates(model, point));
+                    found.extend(moved.map(|dx| (known, dx)));
+                }
+                None => {}
+            }
+        }
+        let mut problems = Vec::new();
+        for (known, dx) in &found {
+            for (k, (_, i, row)) in states.iter().enumerate() {
+                let Dependencies::Same(lists) = row.dependencies else {
+                    continue;
+                };
+                let is_declared = lists.into_iter().flatten().any(|name| {
+                    elements(name, *i, find).is_some_and(|((), range)| range.contains(known))
+                });
+                if !dx[k].is_same(&expected[k]) && !is_declared {
+                    problems.push(format!(
+                        "`{}` depends on `{}`, which it does not declare",
+                        row.element_name(*i),
+                        self.name(*known)
+                    ));
+                }
+            }
+        }
+        self.problems.extend(problems);
     }
 
     /// A sample of the states: index, position and row.
@@ -137,7 +211,7 @@ impl<M: Model> ModelCheck<M> {
         let mut x = vec![0.0; self.layout.states];
         (equations.states)(model, &mut x);
         for (k, known, row) in self.sampled_states() {
-            for part in [1e-3, 0.2] {
+            for part in [1e-3, 0.2, -3.0] {
                 let (mut model, mut moved) = (model.clone(), x.clone());
                 moved[k] += part * row.nominal.unwrap_or(1.0).max(x[k].abs());
                 (equations.set_states)(&mut model, &moved);

@@ -35,6 +35,27 @@ impl<M: Model> Point<M> {
         }
     }
 
+    /// The points at which an element has its other values over its range.
+    pub(super) fn over_range(&self, (i, row): Element<M>) -> Vec<Self> {
+        let mut points = Vec::new();
+        for k in 0.. {
+            let mut point = self.clone();
+            let Some(values) = point.values_mut(row).filter(|_| !row.structural) else {
+                break;
+            };
+            let is_other = each!(ValuesMut, values, |values| {
+                let Some(other) = values[i].over_range(row).into_iter().nth(k) else {
+                    break;
+                };
+                let is_other = !values[i].is_same(&other) && other.is_allowed(row);
+                values[i] = other;
+                is_other
+            });
+            points.extend(is_other.then_some(point));
+        }
+        points
+    }
+
     /// Changes an element by a fraction of its magnitude to another allowed value, if any.
     pub(super) fn perturb(&mut self, (i, row): Element<M>, part: f64) -> bool {
         if row.structural {

@@ -38,6 +38,12 @@ pub(crate) trait Value: StorageType + Clone + Default + Display + 'static {
     /// Nearby values, changed by a fraction of its magnitude; some of them may not be allowed.
     fn perturbed<M: Model>(&self, part: f64, row: &Variable<M>) -> Vec<Self>;
 
+    /// Values over the whole range of a row, for modes that small changes never reach; some of them
+    /// may not be allowed.
+    fn over_range<M: Model>(&self, row: &Variable<M>) -> Vec<Self> {
+        self.perturbed(0.2, row)
+    }
+
     /// The bits of a number, sign-extended to 64 bits if it is an integer; 0 for other types.
     fn bits(&self) -> u64 {
         0
@@ -95,6 +101,18 @@ macro_rules! float {
             let sizes = [1.0, 0.1, 1e-3].into_iter();
             let parts = sizes.flat_map(|of| [of * part, -of * part]);
             parts.map(|part| self + (part * size) as Self).collect()
+        }
+
+        fn over_range<M: Model>(&self, row: &Variable<M>) -> Vec<Self> {
+            let size = row.nominal.unwrap_or(1.0).max(self.abs().into());
+            let away = [-3.0, 3.0].map(|part| self + (part * size) as Self);
+            let ends = [row.min, row.max, 0.5 * (row.min + row.max)].map(|x| x as Self);
+            [away, [-self, 0.0]]
+                .concat()
+                .into_iter()
+                .chain(ends)
+                .filter(|x| x.is_finite())
+                .collect()
         }
 
         #[inline]
@@ -171,6 +189,14 @@ macro_rules! integer {
 
             fn perturbed<M: Model>(&self, _part: f64, _row: &Variable<M>) -> Vec<Self> {
                 vec![self.saturating_add(1), self.saturating_sub(1)]
+            }
+
+            fn over_range<M: Model>(&self, row: &Variable<M>) -> Vec<Self> {
+                // Of an enumeration all items, from 1.
+                let items = row.enumeration.map_or(0, |e| e.items.len()).min(64);
+                let ends = [row.min, row.max].into_iter().filter(|x| x.is_finite());
+                let ends = ends.map(|x| x as Self);
+                (1..=items as Self).chain(ends).chain([0, self.saturating_add(3)]).collect()
             }
 
             fn bits(&self) -> u64 {

@@ -6,7 +6,8 @@ use crate::core::sizes::{self, fit_start_values};
 use crate::core::solver_step::solve;
 use crate::core::solver_workspace::SolverWorkspace;
 use crate::{
-    Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd, Variable,
+    Continuous, Event, Info, InputPolynomial, Log, Model, ModelError, ModelExchange, StepEnd,
+    Variable,
 };
 use fmu_solver::Solver;
 use serde::{Serialize, de::DeserializeOwned};
@@ -161,6 +162,34 @@ pub trait Ode: State {
     /// `dx`; the other fields of `dx` are not used.
     fn derivative(&self, p: &Self::P, u: &Self::U, t: f64, dx: &mut Self);
 
+    /// Compares parameters and completes the state at the start, `t`, s, after the `start` values. An
+    /// `Err` refuses the initialization with its text.
+    fn begin(&mut self, _p: &Self::P, _u: &Self::U, _t: f64) -> Result<(), ModelError> {
+        Ok(())
+    }
+
+    /// Whether the equations hold at this state, these inputs and this time. An `Err` ends the step
+    /// with its text; solvers with a tolerance first try a shorter internal step.
+    fn valid(&self, _p: &Self::P, _u: &Self::U, _t: f64) -> Result<(), ModelError> {
+        Ok(())
+    }
+
+    /// Reacts to tunable parameters that were changed after initialization; see [`Model::tune`].
+    fn tuned(&mut self, _p: &Self::P) -> Result<(), ModelError> {
+        Ok(())
+    }
+
+    /// The log to which `begin`, `tuned` and `event` write warnings and other messages: a field
+    /// `#[fmu(skip)] log: Log`.
+    fn messages(&mut self) -> Option<&mut Log> {
+        None
+    }
+
+    /// See [`Continuous::completed_step`]; of Model Exchange only.
+    fn completed(&mut self, _p: &Self::P, _u: &Self::U, _t: f64) -> Result<bool, ModelError> {
+        Ok(false)
+    }
+
     /// Whether [`directional`](Self::directional) is implemented; else differences replace it.
     const HAS_DIRECTIONAL: bool = false;
 
@@ -284,8 +313,19 @@ impl<S: Ode> Model for S {
         fit_start_values::<S>((S::P::start(), S::U::start()))
     }
 
-    fn initialize(p: &S::P, u: &S::U, _t: f64) -> Result<Self, ModelError> {
-        finite(S::start(p, u), "at the start")
+    fn initialize(p: &S::P, u: &S::U, t: f64) -> Result<Self, ModelError> {
+        let mut state = S::start(p, u);
+        state.begin(p, u, t)?;
+        finite(state, "at the start")
+    }
+
+    fn tune(&mut self, p: &S::P) -> Result<(), ModelError> {
+        let before = self.clone();
+        self.tuned(p).inspect_err(|_| self.clone_from(&before))
+    }
+
+    fn log(&mut self) -> Option<&mut Log> {
+        self.messages()
     }
 
     fn output(&self, p: &S::P, u: &S::U, now: &()) -> Result<StateAndOutputs<S>, ModelError> {
@@ -382,6 +422,7 @@ impl<S: Ode> Continuous for S {
         t: f64,
         dx: &mut S,
     ) -> Result<(), ModelError> {
+        self.valid(p, u, t)?;
         self.derivative(p, u, t, dx);
         Ok(())
     }
@@ -421,6 +462,10 @@ impl<S: Ode> Continuous for S {
 
     fn event(&mut self, p: &S::P, u: &S::U, t: f64) -> Result<Event, ModelError> {
         Ok(Ode::event(self, p, u, t))
+    }
+
+    fn completed_step(&mut self, p: &S::P, u: &S::U, t: f64) -> Result<bool, ModelError> {
+        self.completed(p, u, t)
     }
 }
 

@@ -195,3 +195,168 @@ fn a_step_that_cannot_be_done_leaves_the_state() {
         "`size` became NaN at the start; it must be finite"
     );
 }
+
+#[derive(Input)]
+struct Valve {
+    /// Opens at 7
+    #[fmu(unit = "1", min = 0.0, max = 10.0)]
+    opening: f64,
+    /// Noticed in the one case
+    #[fmu(unit = "1/s")]
+    flow: f64,
+}
+
+/// A model for its solver alone, with a wrong dependency in a mode that small moves never reach
+#[derive(State)]
+#[fmu(input = Valve, solver = "stiff")]
+struct Tank {
+    /// Level
+    #[fmu(unit = "1", rate_depends_on(level, opening))]
+    level: f64,
+    /// Follows the other
+    #[fmu(unit = "1", rate_depends_on(level, second))]
+    second: f64,
+    /// Was open
+    #[fmu(discrete)]
+    opened: bool,
+}
+
+impl Ode for Tank {
+    fn derivative(&self, _p: &(), u: &Valve, _t: f64, dx: &mut Self) {
+        dx.level = 0.1 - self.level + if u.opening > 7.0 { u.opening } else { 0.0 };
+        let more = if self.opened { u.flow } else { 0.0 };
+        dx.second = self.level - self.second + more;
+    }
+
+    fn event(&mut self, _p: &(), u: &Valve, _t: f64) -> Event {
+        self.opened |= u.opening > 7.0;
+        Event::NONE
+    }
+}
+
+#[test]
+fn wrong_dependencies_of_a_solver_in_modes_far_away_are_found() {
+    assert_eq!(
+        check::<Tank>(),
+        ["`der(second)` depends on `flow`, which it does not declare"]
+    );
+}
+
+#[derive(Parameters)]
+struct Switch {
+    /// Level at which it closes
+    #[fmu(unit = "1", start = 0.25, tunable)]
+    close: f64,
+    /// Level at which it opens
+    #[fmu(unit = "1", start = 0.75, tunable)]
+    open: f64,
+}
+
+/// Of a field of its own, without a dependency on serde
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[serde(crate = "fmu_export::serde")]
+struct Memory {
+    tuned: Vec<f64>,
+}
+
+/// Grows to its end
+#[derive(State)]
+#[fmu(parameters = Switch, solver = "adaptive")]
+struct Growing {
+    /// Level
+    #[fmu(unit = "1")]
+    level: f64,
+    #[fmu(skip)]
+    memory: Memory,
+    #[fmu(skip)]
+    log: Log,
+}
+
+impl Ode for Growing {
+    fn begin(&mut self, p: &Switch, _u: &(), t: f64) -> Result<(), ModelError> {
+        if p.close >= p.open {
+            let text = format!("`close` = {} must be below `open` = {}", p.close, p.open);
+            return Err(ModelError::new(text));
+        }
+        self.level = p.close + t;
+        Ok(())
+    }
+
+    fn derivative(&self, _p: &Switch, _u: &(), _t: f64, dx: &mut Self) {
+        dx.level = 1.0;
+    }
+
+    fn valid(&self, _p: &Switch, _u: &(), t: f64) -> Result<(), ModelError> {
+        match self.level < 2.0 {
+            true => Ok(()),
+            false => Err(ModelError::new(format!("t = {t} s: it is full"))),
+        }
+    }
+
+    fn tuned(&mut self, p: &Switch) -> Result<(), ModelError> {
+        self.memory.tuned.push(p.open);
+        self.log
+            .warning("", format_args!("{} times", self.memory.tuned.len()));
+        match p.open < 5.0 {
+            true => Ok(()),
+            false => Err(ModelError::new("too far")),
+        }
+    }
+
+    fn messages(&mut self) -> Option<&mut Log> {
+        Some(&mut self.log)
+    }
+}
+
+#[test]
+fn an_ode_compares_parameters_fails_by_name_and_reacts_to_tuning() {
+    assert_eq!(check::<Growing>(), [""; 0]);
+    let (mut p, u) = Growing::defaults();
+    p.close = 1.0;
+    let error = Growing::initialize(&p, &u, 0.0).err().unwrap();
+    assert_eq!(error.to_string(), "`close` = 1 must be below `open` = 0.75");
+    p.close = 0.25;
+    let mut x = Growing::initialize(&p, &u, 0.5).unwrap();
+    assert_eq!(x.level, 0.75);
+    let held = InputPolynomial::held(u);
+    Model::step(&mut x, &p, &held, &(), 0.5, 1.0).unwrap();
+    assert!((x.level - 1.75).abs() < 1e-12);
+    let error = Model::step(&mut x, &p, &held, &(), 1.5, 1.0).err().unwrap();
+    assert!(error.to_string().ends_with("it is full"), "{error}");
+    assert!((x.level - 1.75).abs() < 1e-12);
+    x.tune(&p).unwrap();
+    p.open = 7.0;
+    assert_eq!(x.tune(&p).unwrap_err().to_string(), "too far");
+    assert_eq!(x.memory.tuned, [0.75]);
+    assert!(Model::log(&mut x).is_some());
+}
+
+#[derive(Input)]
+struct Named {
+    /// Level
+    #[fmu(unit = "1")]
+    level: f64,
+}
+
+/// An input named like a state
+#[derive(State)]
+#[fmu(input = Named, model_exchange, solver = "stiff")]
+struct Twice {
+    /// Level
+    #[fmu(unit = "1", rate_depends_on(level))]
+    level: f64,
+}
+
+impl Ode for Twice {
+    fn derivative(&self, _p: &(), u: &Named, _t: f64, dx: &mut Self) {
+        dx.level = u.level - self.level;
+    }
+}
+
+#[test]
+fn an_input_named_like_a_state_is_there_twice() {
+    assert_eq!(
+        check::<Twice>(),
+        ["variable `level`: is in the table twice"]
+    );
+}
