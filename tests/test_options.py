@@ -94,6 +94,9 @@ RUN_FMUS = COMMON | {
     "--variant": Refused("--variant other.ssd", "--variant " + NEEDS_SYSTEM),
     "--feedthrough": Acts("--feedthrough c", "mute"),
     "--interface": Refused("--interface a=me", "offers Co-Simulation only, no Model Exchange"),
+    "--isolate": Refused("--isolate x", "--isolate x: the system has no component of this name; it has a, b"),
+    "--call-timeout": Refused("--call-timeout 1", "--call-timeout is for components in processes of their own"),
+    "--memory-limit": Refused("--memory-limit 1GB", "--memory-limit is for components in processes of their own"),
     "--rate": Acts("--rate b=0.05"),
     "--solve-loops": Acts("--solve-loops", "loop"),
     "--parameters": Acts("--parameters a.ssv"),
@@ -120,6 +123,9 @@ RUN_SYSTEM = COMMON | {
     "--variant": Acts("--variant other.ssd"),
     "--feedthrough": Acts("--feedthrough mass", "mute"),
     "--interface": Refused("--interface spring=me", "offers Co-Simulation only, no Model Exchange"),
+    "--isolate": Refused("--isolate x", "--isolate x: the system has no component of this name"),
+    "--call-timeout": Refused("--call-timeout 1", "--call-timeout is for components in processes of their own"),
+    "--memory-limit": Refused("--memory-limit 1GB", "--memory-limit is for components in processes of their own"),
     "--rate": Acts("--rate spring=0.05"),
     "--solve-loops": Acts("--solve-loops", "loop"),
     "--parameters": Acts("--parameters mass.ssv"),
@@ -144,7 +150,8 @@ OF_SYSTEM |= {
     "free": "run o.ssp --set mass.x=1 --csv out.csv",
 }
 #: What `--system` and its companions do in the other commands of `cosim`.
-SYSTEM = {name: RUN_SYSTEM[name] for name in ("--fmi", "--fmu", "--variant", "--parameters", "--interface", "--rate", "--feedthrough", "--solve-loops", "--fmu-dir", "--map")}
+SYSTEM = {name: RUN_SYSTEM[name] for name in ("--fmi", "--fmu", "--variant", "--parameters", "--interface", "--isolate", "--call-timeout", "--memory-limit", "--rate", "--feedthrough", "--solve-loops", "--fmu-dir",
+    "--map")}
 BENCH_BASES = {name: words.replace("run ", "bench --repeat 1 --system ").replace(" --quiet", "") for name, words in OF_SYSTEM.items()}
 BENCH = SYSTEM | {
     **{name: COMMON[name] for name in ("--step", "--start-time", "--stop-time", "--tolerance", "--allow-nonfinite", "--set", "--threads", "--csv", "--signals", "--interval")},
@@ -324,6 +331,9 @@ MACHINE = {
     "--variant": Refused("--variant absent.ssd", "absent.ssd"),
     "--feedthrough": Refused("--feedthrough absent", "--feedthrough absent"),
     "--interface": Acts("--interface hdrm=me"),
+    "--isolate": Refused("--isolate x", "--isolate x: the system has no component of this name"),
+    "--call-timeout": Refused("--call-timeout 1", "--call-timeout is for components in processes of their own"),
+    "--memory-limit": Refused("--memory-limit 1GB", "--memory-limit is for components in processes of their own"),
     "--rate": Acts("--rate hdrm=0.0005"),
     "--solve-loops": Told("the machine has no loops: tried with cosim"),
     "--parameters": Refused("--parameters absent.ssv", "absent.ssv"),
@@ -469,7 +479,8 @@ STUDIES = {
         SETUP
         | {name: Refused(words, MADE_BY_NO_RUN) for name, words in {
             "--stop-time": SHORT, "--input-derivatives": "--input-derivatives", "--between": "--between extrapolated", "--threads": "--threads 2",
-            "--interface": "--interface hdrm=me", "--rate": "--rate hdrm=0.0005", "--feedthrough": "--feedthrough hdrm", "--solve-loops": "--solve-loops",
+            "--interface": "--interface hdrm=me", "--isolate": "--isolate hdrm", "--call-timeout": "--call-timeout 1", "--memory-limit": "--memory-limit 1GB",
+            "--rate": "--rate hdrm=0.0005", "--feedthrough": "--feedthrough hdrm", "--solve-loops": "--solve-loops",
         }.items()}
         | {
             "--step": Acts("--step 0.002", "json"),

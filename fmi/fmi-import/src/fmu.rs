@@ -116,17 +116,6 @@ impl Fmu {
         Ok((fmu, remark))
     }
 
-    /// What its isolated instances are made of; None if it was not opened from an archive.
-    #[cfg(all(feature = "master", feature = "native", target_os = "linux"))]
-    pub fn source(&self, file: &str) -> Option<crate::isolated::Source> {
-        let unpacked = self.unpacked.as_ref()?;
-        Some(crate::isolated::Source {
-            file: file.to_string(),
-            library: unpacked.path(),
-            description: unpacked.folder().join("modelDescription.xml"),
-        })
-    }
-
     /// Loads a copy of the library, whose global variables are not shared.
     ///
     /// # Errors

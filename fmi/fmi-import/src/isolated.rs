@@ -12,9 +12,8 @@ mod program;
 mod protocol;
 mod segment;
 
-pub use host::{serve, serve_if_asked};
-pub use instance::{IsolatedInstance, Source};
-pub use program::set_program;
+pub use host::serve_if_asked;
+pub use instance::IsolatedInstance;
 
 /// The first argument of a process that hosts an instance; the name of the instance follows.
 pub const ARGUMENT: &str = "--host-fmu";

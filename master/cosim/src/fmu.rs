@@ -257,11 +257,10 @@ impl Fmu {
         #[cfg(all(feature = "native", target_os = "linux"))]
         {
             use fmi_import::isolated::IsolatedInstance;
-            let source = self.loaded.source(&self.file);
-            let source = source.context("it was not unpacked here")?;
             let sizes = (&self.sizes, self.description.variables.len());
-            let made =
-                IsolatedInstance::new(source, sizes, self.exchange.as_deref(), arguments, limits)?;
+            let fmu = (&*self.file, &*self.loaded);
+            let exchange = self.exchange.as_deref();
+            let made = IsolatedInstance::new(fmu, sizes, exchange, arguments, limits)?;
             return Ok(made.map(|instance| Box::new(instance) as Box<dyn FmiInstance>));
         }
         #[allow(unreachable_code)] // known above

@@ -17,9 +17,8 @@ mod ways;
 
 pub use alarm::Alarm;
 pub use bond::{Power, PowerBond};
-pub use flat::{Component, Connection, Hop, OuterInput, OuterOutput, Parameter, Structure};
+pub use flat::{Component, Connection, FmuUse, Hop, OuterInput, OuterOutput, Parameter, Structure};
 pub use flatten::read;
-pub use interfaces::FmuUse;
 pub use system_structure::DataType;
 pub(crate) use values::parse_set;
 

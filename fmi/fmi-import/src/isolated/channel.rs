@@ -3,7 +3,6 @@
 
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
-use std::hint::spin_loop;
 use std::io::{Read, Write};
 use std::os::fd::OwnedFd;
 use std::os::unix::net::UnixStream;
@@ -20,16 +19,13 @@ use super::protocol::{
     BYTES, CALLS, ERROR, FIRST, Failed, HEADER, Layout, NUMBERS, ROOM, RareAnswer, RareRequest,
     Request, WORDS,
 };
-use super::segment::Segment;
+use super::segment::{Patience, SPINS, Segment};
 use crate::Limits;
 use crate::messages::{self, Message};
 use crate::process::Process;
 use crate::status::FATAL;
 use crate::under_way::last_words;
 
-/// Most and fewest times that an answer is looked for before this thread sleeps: the most take some
-/// 50 µs. The number falls while looking is in vain.
-const SPINS: [u64; 2] = [2000, 20];
 /// How long a thread sleeps before it looks whether the process is still there.
 const NAP: Duration = Duration::from_millis(20);
 /// The process ends itself at the limit of a call; if it cannot, it is killed so long after.
@@ -72,7 +68,7 @@ pub struct Channel {
     early: RefCell<VecDeque<(Vec<u64>, Vec<u8>)>>,
     /// What was requested, by number, in words.
     names: RefCell<[&'static str; CALLS]>,
-    spins: Cell<u64>,
+    patience: Patience,
     /// The process must be woken.
     wakes: Cell<bool>,
     /// Why the process has ended.
@@ -104,7 +100,7 @@ impl Channel {
             wanted: Cell::new(0),
             early: RefCell::default(),
             names: RefCell::new([""; CALLS]),
-            spins: Cell::new(SPINS[0]),
+            patience: Patience::default(),
             wakes: Cell::new(false),
             end: RefCell::new(None),
         })
@@ -123,10 +119,10 @@ impl Channel {
     pub fn choose_spins(&self) {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let spins = match PROCESSES.load(Relaxed) < cores {
-            true => SPINS[0],
+            true => SPINS,
             false => 0,
         };
-        self.spins.set(spins);
+        self.patience.spins.set(spins);
         self.memory().spins().store(spins, Relaxed);
     }
 
@@ -208,21 +204,8 @@ impl Channel {
         }
         self.wake();
         let number = self.taken.get().wrapping_add(1);
-        let (answered, spins) = (self.memory().answered(), self.spins.get());
-        let mut found = answered.has_reached(number);
-        for _ in 0..spins {
-            if found {
-                break;
-            }
-            spin_loop();
-            found = answered.has_reached(number);
-        }
-        if spins > 0 {
-            self.spins.set(match found {
-                true => (spins + spins / 4 + 1).min(SPINS[0]),
-                false => (spins - spins / 4).max(SPINS[1]),
-            });
-        }
+        let answered = self.memory().answered();
+        let found = answered.spin(number, &self.patience);
         let begun = (!found).then(Instant::now);
         while !answered.has_reached(number) {
             // Once for all that is under way.

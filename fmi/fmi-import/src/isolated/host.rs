@@ -21,7 +21,7 @@ use super::protocol::{
     BYTES, ERROR, FIRST, Failed, HEADER, Hosting, Layout as Memory, NUMBERS, NamedBatch, Pass,
     RareAnswer, RareRequest, Reason, Request, WORDS, is_frequent,
 };
-use super::segment::Segment;
+use super::segment::{Patience, Segment};
 use crate::batch::{Batch, Layout};
 use crate::clocks::ClockPlan;
 use crate::exchange::{ExchangePlan, as_component};
@@ -40,7 +40,7 @@ pub fn serve_if_asked() -> Option<ExitCode> {
 }
 
 /// Answers requests; standard input is the socket, standard output the shared memory.
-pub fn serve() -> ExitCode {
+fn serve() -> ExitCode {
     let served = || -> Result<()> {
         let socket = io::stdin().as_fd().try_clone_to_owned()?;
         let memory = io::stdout().as_fd().try_clone_to_owned()?;
@@ -116,17 +116,18 @@ impl Host {
     }
 
     fn run(mut self) -> Result<()> {
-        let mut number = 0_u32;
+        let (mut number, patience) = (0_u32, Patience::default());
         while !self.is_over {
             number = number.wrapping_add(1);
             let requested = self.memory.requested();
-            let mut spins = self.memory.spins().load(Relaxed);
-            while !requested.has_reached(number) {
-                match spins {
-                    0 => requested.sleep(number, None),
-                    _ => spins -= 1,
+            let most = self.memory.spins().load(Relaxed);
+            if most == 0 || patience.spins.get() == 0 {
+                patience.spins.set(most);
+            }
+            if !requested.spin(number, &patience) {
+                while !requested.has_reached(number) {
+                    requested.sleep(number, None);
                 }
-                std::hint::spin_loop();
             }
             let place = self.memory.place(number).load(Relaxed);
             self.has_failed &= place & FIRST == 0;

@@ -5,7 +5,6 @@ use std::any::Any;
 use std::cell::{Cell, RefCell};
 use std::collections::HashMap;
 use std::ffi::CString;
-use std::path::PathBuf;
 use std::rc::Rc;
 
 use anyhow::{Context, Error, Result, ensure};
@@ -14,6 +13,7 @@ use super::channel::{Answered, Channel, Due};
 use super::protocol::{
     Hosting, Integrating, NamedBatch, Pass, ROOM, RareAnswer, RareRequest, Request, is_frequent,
 };
+use crate::Fmu;
 use crate::Limits;
 use crate::answer::{Answer, LateAnswer};
 use crate::batch::Batch;
@@ -23,17 +23,6 @@ use crate::value::Value;
 
 /// Most batches that the process keeps of which nobody else does.
 const BATCHES: usize = 256;
-
-/// What instances are made of: an unpacked FMU.
-#[derive(Clone, Debug)]
-pub struct Source {
-    /// Name of the FMU for messages.
-    pub file: String,
-    /// Path of its library.
-    pub library: PathBuf,
-    /// Its model description.
-    pub description: PathBuf,
-}
 
 /// An instance in a process of its own, which ends with it.
 pub struct IsolatedInstance(Rc<Hosted>);
@@ -74,30 +63,38 @@ impl Drop for State {
 }
 
 impl IsolatedInstance {
-    /// Starts a process and makes an instance in it, for Model Exchange if there is a plan of that;
-    /// None if the FMU returns none. `sizes` are values of structural parameters by value reference,
-    /// with which it has so many `variables`.
+    /// Starts a process and makes an instance of an FMU from the archive `file` in it, for Model Exchange
+    /// if there is a plan of that; None if the FMU returns none. `sizes` are values of structural
+    /// parameters by value reference, with which it has so many `variables`.
     ///
     /// # Errors
     /// There is no program for the process, or the library cannot be loaded.
     pub fn new(
-        source: Source,
+        (file, fmu): (&str, &Fmu),
         (sizes, variables): (&HashMap<u32, String>, usize),
         exchange: Option<&ExchangePlan>,
         arguments: &Arguments,
         limits: Limits,
     ) -> Result<Option<Self>> {
-        let Source {
-            file,
-            library,
-            description,
-        } = source;
         // A request may have the variables of a batch and their values.
         let most = ROOM / 2 - 64;
         ensure!(
             variables < most,
             "FMU `{file}` has {variables} variables; in a process of its own it may have {most}"
         );
+        let unpacked = fmu.unpacked.as_ref().context("it was not unpacked here")?;
+        let hosting = Hosting {
+            file: file.to_string(),
+            library: unpacked.path(),
+            description: unpacked.folder().join("modelDescription.xml"),
+            sizes: sizes.clone(),
+            exchange: exchange.map(|plan| Integrating {
+                choice: plan.choice,
+                means: plan.means(),
+            }),
+            arguments: arguments.clone(),
+            limits,
+        };
         let name = arguments.name.to_string_lossy().into_owned();
         let hosted = Hosted {
             channel: Channel::start(name, limits).context("a process of its own")?,
@@ -106,18 +103,6 @@ impl IsolatedInstance {
             sets: Cell::new(0),
             late: RefCell::default(),
             ahead: RefCell::default(),
-        };
-        let hosting = Hosting {
-            file,
-            library,
-            description,
-            sizes: sizes.clone(),
-            exchange: exchange.map(|plan| Integrating {
-                choice: plan.choice,
-                means: plan.means(),
-            }),
-            arguments: arguments.clone(),
-            limits,
         };
         let made = hosted.rare(&RareRequest::Host(Box::new(hosting)))?;
         let hosted = Self(Rc::new(hosted));
@@ -337,6 +322,9 @@ impl FmiInstance for IsolatedInstance {
     }
 
     fn drain(&self) {
+        if self.0.channel.wanted.get() == 0 && self.0.sets.get() == 0 {
+            return; // What was read ahead is wanted soon.
+        }
         self.0.settle();
         self.0.sets.set(0);
         self.0.late.take();

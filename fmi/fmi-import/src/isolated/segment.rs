@@ -1,6 +1,8 @@
 //! [`Segment`]: memory that a program shares with the process of an isolated instance, and how one
 //! of them sleeps until the other wakes it, for `channel`.
 
+use std::cell::Cell;
+use std::hint::spin_loop;
 use std::io;
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
 use std::ptr;
@@ -79,6 +81,19 @@ pub struct Count<'a> {
 }
 
 const ASLEEP: u64 = 1 << 32;
+/// Most times that a number is looked for before the thread sleeps, some 50 µs, and fewest.
+pub const SPINS: u64 = 2000;
+const LEAST: u64 = 20;
+/// One in so many waits looks for long, whatever the ones before brought.
+const TRIAL: u64 = 64;
+
+/// How long a thread looks for a number before it sleeps: shorter while looking is in vain, as on a
+/// busy machine; never, if it is 0.
+#[derive(Default)]
+pub struct Patience {
+    pub spins: Cell<u64>,
+    waits: Cell<u64>,
+}
 
 impl<'a> Count<'a> {
     /// The count in these two words.
@@ -93,6 +108,24 @@ impl<'a> Count<'a> {
     pub fn has_reached(&self, number: u32) -> bool {
         let count = self.number.load(SeqCst);
         count.wrapping_sub(number).cast_signed() >= 0
+    }
+
+    /// Looks for a number for a while; returns whether it came.
+    #[inline]
+    pub fn spin(&self, number: u32, patience: &Patience) -> bool {
+        let (spins, waits) = (patience.spins.get(), patience.waits.get());
+        patience.waits.set(waits.wrapping_add(1));
+        let is_trial = spins > 0 && waits.is_multiple_of(TRIAL);
+        let spins = if is_trial { SPINS } else { spins };
+        for _ in 0..spins {
+            if self.has_reached(number) {
+                patience.spins.set((spins + spins / 4 + 1).min(SPINS));
+                return true;
+            }
+            spin_loop();
+        }
+        patience.spins.set((spins / 2).max(LEAST.min(spins)));
+        self.has_reached(number)
     }
 
     /// Sets the count. If the other process sleeps, it is woken by [`Self::wake`] only.

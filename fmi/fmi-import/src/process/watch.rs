@@ -1,8 +1,10 @@
 //! What a process that calls FMUs watches of itself, in a thread: how long a call takes, how much
 //! memory it needs, and whether the program that started it is still there.
 
+use std::fs::File;
 use std::sync::atomic::AtomicU32;
 use std::sync::atomic::Ordering::Relaxed;
+use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -43,17 +45,19 @@ pub fn watch(limits: Limits, parent: Parent) {
         libc::prctl(libc::PR_SET_PDEATHSIG, libc::SIGKILL);
     }
     let time = limits.time.map(|time| (time / 20).min(10 * PERIOD));
-    let memory = limits.memory.map(|_| PERIOD);
-    let periods = [time, memory, parent.as_ref().map(|_| 100 * PERIOD)];
+    let space = limits.memory.map(|_| PERIOD);
+    let periods = [time, space, parent.as_ref().map(|_| 100 * PERIOD)];
     let Some(period) = periods.into_iter().flatten().min() else {
         return;
     };
     let period = period.max(PERIOD / 10);
     // Without the thread nothing is watched, and the program that started this process has limits.
+    let (begun, has_begun) = mpsc::channel();
     let _ = thread::Builder::new().spawn(move || {
         own_thread_only();
-        let memory = Memory::open();
+        let statm = File::open("/proc/self/statm").ok();
         let (mut call, mut since) = (0, Instant::now());
+        let _ = begun.send(());
         loop {
             wait(period, &parent);
             let present = CALLS.load(Relaxed);
@@ -61,9 +65,14 @@ pub fn watch(limits: Limits, parent: Parent) {
                 (call, since) = (present, Instant::now());
             } else if let Some(time) = limits.time.filter(|time| since.elapsed() > *time) {
                 let seconds = time.as_secs_f64();
+                let seconds = if seconds < 10.0 {
+                    seconds
+                } else {
+                    seconds.round()
+                };
                 end_for(format_args!("gave no answer within {seconds} s"));
             }
-            if let (Some(most), Some(used)) = (limits.memory, memory.used())
+            if let (Some(most), Some(used)) = (limits.memory, memory(statm.as_ref()))
                 && used > most
             {
                 let [used, most] = [used, most].map(|bytes| bytes.div_ceil(1_000_000));
@@ -73,6 +82,8 @@ pub fn watch(limits: Limits, parent: Parent) {
             }
         }
     });
+    // The C library begins no thread while it loads an FMU, which may hang then.
+    let _ = has_begun.recv();
 }
 
 /// Waits, and ends this process if the program that started it has ended.
@@ -95,39 +106,21 @@ fn wait(period: Duration, parent: &Parent) {
     thread::sleep(period);
 }
 
-/// Memory that this process uses, as the system counts it.
-struct Memory {
+/// Bytes of memory that this process uses, as the system counts them in this file; None if that is
+/// not known. Nothing is allocated, since an FMU may hang while it allocates.
+fn memory(statm: Option<&File>) -> Option<u64> {
     #[cfg(target_os = "linux")]
-    pages: Option<(std::fs::File, u64)>,
-}
-
-impl Memory {
-    fn open() -> Self {
-        Self {
-            #[cfg(target_os = "linux")]
-            // SAFETY: a plain number.
-            pages: std::fs::File::open("/proc/self/statm").ok().map(|file| {
-                let size = unsafe { libc::sysconf(libc::_SC_PAGESIZE) };
-                (file, size.unsigned_abs())
-            }),
-        }
+    {
+        use std::os::unix::fs::FileExt;
+        let mut text = [0; 128];
+        let length = statm?.read_at(&mut text, 0).ok()?;
+        let text = std::str::from_utf8(&text[..length]).ok()?;
+        let pages: u64 = text.split(' ').nth(1)?.parse().ok()?;
+        // SAFETY: a plain number.
+        return Some(pages * unsafe { libc::sysconf(libc::_SC_PAGESIZE) }.unsigned_abs());
     }
-
-    /// Bytes in memory; None if that is not known. Nothing is allocated.
-    fn used(&self) -> Option<u64> {
-        #[cfg(target_os = "linux")]
-        {
-            use std::os::unix::fs::FileExt;
-            let (file, size) = self.pages.as_ref()?;
-            let mut text = [0; 128];
-            let length = file.read_at(&mut text, 0).ok()?;
-            let text = std::str::from_utf8(&text[..length]).ok()?;
-            let pages: u64 = text.split(' ').nth(1)?.parse().ok()?;
-            return Some(pages * size);
-        }
-        #[allow(unreachable_code)] // known above
-        None
-    }
+    #[allow(unreachable_code)] // known above
+    statm.and(None)
 }
 
 /// Ends this process at once.

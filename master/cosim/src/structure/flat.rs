@@ -126,6 +126,17 @@ pub struct OuterOutput {
     pub start: (String, String),
 }
 
+/// Options that say how components use their FMUs.
+#[derive(Clone, Debug, Default)]
+pub struct FmuUse {
+    /// Interfaces: `a=me`, `wheel_*=cs`, or `me` if there is one component.
+    pub interfaces: Vec<String>,
+    /// Components in processes of their own: `a`, `wheel_*`, or `all`.
+    pub isolated: Vec<String>,
+    /// Limits of these processes.
+    pub limits: Limits,
+}
+
 /// A system: components, connections and the default experiment.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Structure {

@@ -5,19 +5,8 @@ use anyhow::{Context, Result, bail, ensure};
 use fmi_description::Interface;
 use fmi_import::Limits;
 
-use super::Structure;
+use super::{FmuUse, Structure};
 use crate::run::signals::matches_pattern;
-
-/// Options that say how components use their FMUs.
-#[derive(Clone, Debug, Default)]
-pub struct FmuUse {
-    /// Interfaces: `a=me`, `wheel_*=cs`, or `me` if there is one component.
-    pub interfaces: Vec<String>,
-    /// Components in processes of their own: `a`, `wheel_*`, or `all`.
-    pub isolated: Vec<String>,
-    /// Limits of these processes.
-    pub limits: Limits,
-}
 
 impl Structure {
     /// Notes the options, which override the structure.

@@ -124,6 +124,9 @@ impl MachineArgs {
             (run.threads.is_some(), "--threads"),
             (!system.rates.is_empty(), "--rate"),
             (!system.interfaces.is_empty(), "--interface"),
+            (!system.isolation.isolate.is_empty(), "--isolate"),
+            (system.isolation.call_timeout.is_some(), "--call-timeout"),
+            (system.isolation.memory_limit.is_some(), "--memory-limit"),
             (!system.feedthrough.is_empty(), "--feedthrough"),
             (system.solve_loops, "--solve-loops"),
         ];
