@@ -97,6 +97,12 @@ def folder(tmp_path_factory):
     unpack(folder)
     (folder / "broken.ssp").write_bytes(part("system")[:-5000])
     (folder / "text.ssp").write_bytes(b"no archive")
+    with zipfile.ZipFile(BytesIO(part("system"))) as system:
+        files = {name: system.read(name) for name in system.namelist()}
+    own = b'source="resources/Hdrm.fmu" implementation="CoSimulation"'
+    assert own in files["SystemStructure.ssd"]
+    files["SystemStructure.ssd"] = files["SystemStructure.ssd"].replace(own, own.replace(b"CoSimulation", b"ModelExchange"))
+    (folder / "exchange.ssp").write_bytes(archive(files))
     with zipfile.ZipFile(FMU_DIR / "fmi3/Hdrm.fmu") as fmu:
         (folder / "native.fmu").write_bytes(archive({"modelDescription.xml": fmu.read("modelDescription.xml")}))
     return folder
@@ -148,6 +154,31 @@ def test_the_run_in_the_page_is_the_native_one(either, fmu_dir, tmp_path, system
     assert seen["errors"] == native[:, error + 1].tolist() and max(seen["errors"]) > 0
     assert seen["digest"] == hashlib.sha256(native.tobytes()).hexdigest()
     assert seen["end"] == native[-1, 0] and not seen["verdict"]["bad"]
+
+
+def test_model_exchange_in_the_page_is_the_native_one(node, fmu_dir, tmp_path):
+    """The structure says that the manipulator is integrated; a saved state goes on as it did."""
+    names, end = ["hdrm.zeta[2]", "hdrm.zeta_dot[3]", "hdrm.x[1]"], 0.5
+    options = ["--interface", "hdrm=me", "--stop-time", end, "--csv", tmp_path / "a.csv", "--signals", ",".join(names)]
+    done = call("cosim", "run", "--quiet", "--fmi", "3", "--system", fmu_dir / "Manipulator.ssp", *options)
+    assert done.returncode == 0 and "hdrm is integrated" in done.stdout, done.stdout + done.stderr
+    with open(tmp_path / "a.csv") as file:
+        native = np.array(list(csv.reader(file))[1:], dtype=float)
+    seen = node(f"""
+        const engine = await open(archives["exchange.ssp"]);
+        await engine.restart({{}});
+        const first = await digest(await rows(engine, {json.dumps(names)}, {end}));
+        const id = await engine.save();
+        const both = [];
+        for (let k = 0; k < 2; k += 1) {{
+          await engine.restore(id);
+          await engine.advance(0.1);
+          both.push(await engine.get("hdrm.zeta[2]"));
+        }}
+        return {{ first, both }};
+    """)
+    assert seen["first"] == hashlib.sha256(native.tobytes()).hexdigest()
+    assert seen["both"][0] == seen["both"][1]
 
 
 @pytest.mark.parametrize("structure", ["SystemStructure.ssd", "Real.ssd"])

@@ -373,6 +373,8 @@ def test_what_belongs_to_another_system_is_refused(tmp_path):
         (lambda: System([]), "no system is named"),
         (lambda: System(hdrm_fmu.systems()["Manipulator"], feedthrough=["hrdm"]).variables, "feedthrough `hrdm`"),
         (lambda: System(fmus["Emla"], feedthrough=["Emla"]).variables, "feedthrough `Emla`: its outputs declare"),
+        (lambda: System(fmus["Emla"], interface={"hdrm": "me"}).variables, "interface hdrm=me: the system has no component of this name"),
+        (lambda: System(fmus["Emla"], solver="stiff").variables, "solver `stiff`: only components of Model Exchange"),
     ):
         with pytest.raises(BadInput, match=reason):
             make()
@@ -383,6 +385,24 @@ def test_what_belongs_to_another_system_is_refused(tmp_path):
         hdrm_fmu.run(system=System(path, strict=True), stop_time=0.01)
     with System(path, strict=True) as stepped:  # Its inputs are set by this script.
         stepped.step()
+
+
+def test_the_interface_is_chosen_as_cosim_does(tmp_path):
+    """A run, a script that steps it, and `cosim run` give the same numbers, which are not those of Co-Simulation."""
+    path = hdrm_fmu.systems()["Manipulator"]
+    chosen = {"interface": {"emla_*": "me"}, "solver": {"emla_2": "explicit"}}
+    run = System(path, **chosen).run(stop_time=0.02, signals=["emla_2.F"])
+    assert "emla_2 is integrated (Model Exchange, explicit)" in run.attrs["findings"]
+    options = ["--interface", "emla_*=me", "--solver", "emla_2=explicit", "--signals", "emla_2.F"]
+    expected, printed = cosim(tmp_path, "--system", path, "--stop-time", "0.02", *options)
+    assert expected is not None, printed
+    found = run["emla_2.F"].to_numpy()
+    assert found.tolist() == expected["emla_2.F"].tolist()
+    with System(path, **chosen) as stepped:
+        stepped.step(20)
+        assert stepped.get("emla_2.F") == found[-1]
+    alone = System(hdrm_fmu.fmus()["Emla"], interface="me").run(stop_time=0.02)
+    assert "Emla is integrated (Model Exchange)" in alone.attrs["findings"]
 
 
 def test_a_plant_with_names_of_its_own(tmp_path):

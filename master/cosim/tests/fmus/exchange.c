@@ -189,17 +189,17 @@ FMI3_ENTER {
     ((model *)c)->t = start;
     return go(c, I, INITIALIZATION);
 }
-int fmi3GetFloat64(model *m, const unsigned *vr, size_t n, double *v, size_t k) {
-    if (n == 1 && k > 1) { /* an array: as many values from its reference on */
-        for (unsigned i = 0; i < k; i++) { unsigned r = vr[0] + i; get(m, &r, 1, v + i); }
-        return 0;
+/* States and derivatives are arrays: as many values from the reference on. */
+static int each(model *m, const unsigned *vr, size_t n, double *v, bool sets) {
+    for (size_t i = 0; i < n; i++) {
+        for (unsigned r = vr[i], end = r + (r == 0 || r == 2000 ? m->used : 1); r < end; r++, v++) {
+            if (sets ? set(m, &r, 1, v) : get(m, &r, 1, v)) return 3;
+        }
     }
-    return get(m, vr, n, v);
+    return 0;
 }
-int fmi3SetFloat64(model *m, const unsigned *vr, size_t n, const double *v, size_t k) {
-    for (unsigned i = 0; n == 1 && i < k; i++) { unsigned r = vr[0] + i; if (set(m, &r, 1, v + i)) return 3; }
-    return n == 1 ? 0 : set(m, vr, n, v);
-}
+int fmi3GetFloat64(model *m, const unsigned *vr, size_t n, double *v, size_t k) { return each(m, vr, n, v, false); }
+int fmi3SetFloat64(model *m, const unsigned *vr, size_t n, const double *v, size_t k) { return each(m, vr, n, (double *)v, true); }
 int fmi3SetInt32(model *m, const unsigned *vr, size_t n, const int *v, size_t k) { return set_whole(m, vr, n, v); }
 int fmi3GetInt32(model *m, const unsigned *vr, size_t n, int *v, size_t k) { for (size_t i = 0; i < n; i++) v[i] = *whole(m, vr[i]); return 0; }
 int fmi3UpdateDiscreteStates(model *m, bool *again, bool *ends, bool *nominals, bool *values, bool *has_next, double *next) {

@@ -230,8 +230,14 @@ pub(super) fn run(test: &str, arguments: &[&str]) -> Done {
     assert_eq!(code, 0, "{error}");
     let rows = fs::read_to_string(&csv).unwrap();
     let mut rows = rows.lines();
-    let names = rows.next().unwrap().split(',');
-    let mut columns: Vec<(String, Vec<f64>)> = names.map(|n| (n.into(), Vec::new())).collect();
+    // The comma in `x[1,2]` is none between columns.
+    let mut depth = 0;
+    let names = rows.next().unwrap().split(|c| {
+        depth += i32::from(c == '[') - i32::from(c == ']');
+        c == ',' && depth == 0
+    });
+    let named = |n: &str| (n.trim_matches('"').to_string(), Vec::new());
+    let mut columns: Vec<(String, Vec<f64>)> = names.map(named).collect();
     for row in rows {
         for (cell, (_, column)) in row.split(',').zip(&mut columns) {
             column.push(cell.parse().unwrap());
