@@ -34,9 +34,9 @@ impl<M: Model> ModelCheck<M> {
                 if k >= 3 && element.1.causality == Causality::Input {
                     let others = point.over_range(element);
                     let other = others.get((k + n) % others.len().max(1));
-                    match other.filter(|at| output(&self.layout, &model, at).is_ok()) {
-                        Some(other) => point = other.clone(),
-                        None => {}
+                    if let Some(other) = other.filter(|at| output(&self.layout, &model, at).is_ok())
+                    {
+                        point = other.clone();
                     }
                     continue;
                 }

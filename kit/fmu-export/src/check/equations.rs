@@ -77,13 +77,16 @@ impl<M: Model> ModelCheck<M> {
                 .enumerate();
             states.extend(elements.map(|(i, position)| (position, i, row)));
         }
+        if states.is_empty() {
+            return;
+        }
         let rates = |model: &M, Point(p, u): &Point<M>| {
             let (now, mut rate) = (M::Evaluation::new(model, p, u).ok()?, model.clone());
             let mut dx = vec![0.0; states.len()];
             (equations.write_derivatives(model, (p, u, &now, 0.0), &mut rate, &mut dx)).ok()?;
             Some(dx)
         };
-        let Some(expected) = rates(model, point).filter(|dx| !dx.is_empty()) else {
+        let Some(expected) = rates(model, point) else {
             return;
         };
         let mut found = Vec::new();

@@ -163,7 +163,8 @@ pub trait Ode: State {
     fn derivative(&self, p: &Self::P, u: &Self::U, t: f64, dx: &mut Self);
 
     /// Compares parameters and completes the state at the start, `t`, s, after the `start` values. An
-    /// `Err` refuses the initialization with its text.
+    /// `Err` refuses the initialization with its text. States that it changes declare what of,
+    /// `#[fmu(initially_depends_on(…))]`.
     fn begin(&mut self, _p: &Self::P, _u: &Self::U, _t: f64) -> Result<(), ModelError> {
         Ok(())
     }

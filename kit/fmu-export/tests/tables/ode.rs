@@ -264,7 +264,7 @@ struct Memory {
 #[fmu(parameters = Switch, solver = "adaptive")]
 struct Growing {
     /// Level
-    #[fmu(unit = "1")]
+    #[fmu(unit = "1", initially_depends_on(close))]
     level: f64,
     #[fmu(skip)]
     memory: Memory,
@@ -329,34 +329,4 @@ fn an_ode_compares_parameters_fails_by_name_and_reacts_to_tuning() {
     assert_eq!(x.tune(&p).unwrap_err().to_string(), "too far");
     assert_eq!(x.memory.tuned, [0.75]);
     assert!(Model::log(&mut x).is_some());
-}
-
-#[derive(Input)]
-struct Named {
-    /// Level
-    #[fmu(unit = "1")]
-    level: f64,
-}
-
-/// An input named like a state
-#[derive(State)]
-#[fmu(input = Named, model_exchange, solver = "stiff")]
-struct Twice {
-    /// Level
-    #[fmu(unit = "1", rate_depends_on(level))]
-    level: f64,
-}
-
-impl Ode for Twice {
-    fn derivative(&self, _p: &(), u: &Named, _t: f64, dx: &mut Self) {
-        dx.level = u.level - self.level;
-    }
-}
-
-#[test]
-fn an_input_named_like_a_state_is_there_twice() {
-    assert_eq!(
-        check::<Twice>(),
-        ["variable `level`: is in the table twice"]
-    );
 }
