@@ -286,7 +286,7 @@ impl RawInstance {
     }
 
     /// A run begins anew in this process: what there is now is what the FMU must leave.
-    #[cfg(feature = "native")]
+    #[cfg(all(feature = "master", feature = "native"))]
     pub(crate) fn begin_anew(&self) {
         Slot::fresh();
     }
