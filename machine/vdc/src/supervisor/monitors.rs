@@ -25,8 +25,9 @@ use serde::{Deserialize, Serialize};
 
 /// Time over which differences of rates are integrated, s.
 const FORGETS: f64 = 0.25;
-/// Part of the largest tip error that must not last, nor come within a step.
+/// Part of the largest tip error that must not come within a step, and that must not last.
 const SLOW: f64 = 0.25;
+const LASTING: f64 = 0.7;
 /// Time constants of the law's integral within which it removes an error.
 const REMOVED: f64 = 3.0;
 /// Time for which a difference must last, s: readings may be lost or late.
@@ -249,7 +250,7 @@ impl Monitors {
             };
             return jump > SLOW * most;
         }
-        let lasts = self.following[1].add(error, SLOW * most, removes, h);
+        let lasts = self.following[1].add(error, LASTING * most, removes, h);
         let is_far = self.following[0].add(error, most, LASTS, h);
         jump > SLOW * most || has_model && (is_far || lasts)
     }
