@@ -7,7 +7,6 @@ use std::mem::swap;
 
 use super::adaptive::Control;
 use super::algorithm::{Algorithm, Step};
-use super::dense_output::Indicators;
 use super::dormand_prince::DormandPrince;
 use super::rosenbrock::Rosenbrock;
 use super::runge_kutta::RungeKutta;
@@ -154,9 +153,8 @@ impl Integrator {
         (step.t, step.s, step.dt) = (t, 0.0, 0.0);
         step.x.copy_from_slice(x);
         let indicators = &mut self.workspace.indicators;
-        if self.event.is_none() {
-            indicators.fired.fill(0.0);
-        }
+        // An importer cannot know what the event has done: each change of a sign is another one.
+        indicators.fired.fill(0.0);
         (self.at, self.reach, self.event) = (0.0, 0.0, None);
         if is_other {
             self.control = Control::new(0.0);
@@ -349,9 +347,8 @@ impl Integrator {
             dense,
             ..
         } = &self.workspace.step;
-        let Indicators { values, fired } = &self.workspace.indicators;
-        let [start, after, ..] = values;
-        [nominal, x, end, start, after, fired, &self.explicit.0[6]]
+        let [start, after, ..] = &self.workspace.indicators.values;
+        [nominal, x, end, start, after, &self.explicit.0[6]]
             .into_iter()
             .chain(dense)
     }
@@ -364,19 +361,10 @@ impl Integrator {
             dense,
             ..
         } = &mut self.workspace.step;
-        let Indicators { values, fired } = &mut self.workspace.indicators;
-        let [start, after, ..] = values;
-        [
-            nominal,
-            x,
-            end,
-            start,
-            after,
-            fired,
-            &mut self.explicit.0[6],
-        ]
-        .into_iter()
-        .chain(dense)
+        let [start, after, ..] = &mut self.workspace.indicators.values;
+        [nominal, x, end, start, after, &mut self.explicit.0[6]]
+            .into_iter()
+            .chain(dense)
     }
 }
 

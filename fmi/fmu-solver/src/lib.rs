@@ -157,8 +157,9 @@ impl Solver {
         self.workspace.counts
     }
 
-    /// Starts a communication step, which does not follow the last event.
-    pub fn restart(&mut self) {
+    /// What comes next does not follow the last event, or that left the states as they were: an
+    /// indicator that returns at once is then another event.
+    pub fn forget_event(&mut self) {
         self.workspace.indicators.fired.fill(0.0);
     }
 
@@ -176,7 +177,7 @@ impl Solver {
     /// Returns the time of the event after `t`, s, if there was one: the states are those just
     /// after it. Once the event is handled, call again with the rest of `h`. An indicator that then
     /// returns at once, within a thousandth of an internal step, has not left its side: a ball that
-    /// is thrown back is above the floor.
+    /// is thrown back is above the floor. See [`Solver::forget_event`].
     ///
     /// # Errors
     /// See [`Failure`].

@@ -4,7 +4,7 @@
 use std::cell::Cell;
 use std::hint::spin_loop;
 use std::io;
-use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
+use std::os::fd::{AsRawFd, FromRawFd, OwnedFd, RawFd};
 use std::ptr;
 use std::slice;
 use std::sync::atomic::Ordering::SeqCst;
@@ -20,13 +20,14 @@ impl Segment {
     /// length is sealed: a process that cut it would end the other one, too.
     pub fn new(words: usize) -> io::Result<(Self, OwnedFd)> {
         let flags = libc::MFD_CLOEXEC | libc::MFD_ALLOW_SEALING;
+        // glibc 2.17 has no function for it.
         // SAFETY: a C string.
-        let file = unsafe { libc::memfd_create(c"fmu".as_ptr(), flags) };
+        let file = unsafe { libc::syscall(libc::SYS_memfd_create, c"fmu".as_ptr(), flags) };
         if file == -1 {
             return Err(io::Error::last_os_error());
         }
         // SAFETY: a new descriptor, which nobody else closes.
-        let file = unsafe { OwnedFd::from_raw_fd(file) };
+        let file = unsafe { OwnedFd::from_raw_fd(file as RawFd) };
         let seals = libc::F_SEAL_SHRINK | libc::F_SEAL_GROW | libc::F_SEAL_SEAL;
         // SAFETY: plain numbers.
         let done = unsafe {

@@ -116,12 +116,14 @@ pub(crate) fn solve<M: Continuous>(
                 rate: model.clone(),
                 direction: M::HAS_DIRECTIONAL.then(direction),
                 states: vec![0.0; n],
+                left: vec![0.0; n],
+                rates: [vec![0.0; n], vec![0.0; n]],
             })
         }
     };
     scratch.solver.set_tolerance(workspace.tolerance);
     let before = scratch.solver.counts();
-    scratch.solver.restart();
+    scratch.solver.forget_event();
     let carried = (&mut workspace.first, &mut workspace.next_event);
     let end = scratch.run(model, carried, name, (p, u), (t, h));
     let now = scratch.solver.counts();
@@ -152,6 +154,8 @@ impl<M: Continuous> Scratch<M, M::Input> {
             rate,
             direction,
             states,
+            left,
+            rates,
         } = self;
         at.clone_from(model);
         let mut system = StepSystem {
@@ -190,6 +194,9 @@ impl<M: Continuous> Scratch<M, M::Input> {
                 } else {
                     now
                 };
+                if found.is_some() {
+                    system.derivative(system.s, states, &mut rates[0])?;
+                }
                 event = system.event(at)?;
                 next = event.next.unwrap_or(f64::INFINITY);
                 if system.s > close_from + CLOSE * h {
@@ -198,6 +205,14 @@ impl<M: Continuous> Scratch<M, M::Input> {
                 events += 1;
                 if events > MOST_EVENTS {
                     return Err(accumulation::<M>(solver.event_indicator(), now, CLOSE * h));
+                }
+                // Who switches rates alone has changed sides; who is thrown back has not.
+                system.at.states(left);
+                if found.is_some() && left == states {
+                    system.derivative(system.s, states, &mut rates[1])?;
+                    if rates[0] != rates[1] {
+                        solver.forget_event();
+                    }
                 }
             }
             if event.terminate {

@@ -38,6 +38,10 @@ pub(super) struct Scratch<M, U> {
     /// A direction of states, with zero inputs, if the model has directional derivatives.
     pub(super) direction: Option<(M, U)>,
     pub(super) states: Vec<f64>,
+    /// Those that an event has left.
+    pub(super) left: Vec<f64>,
+    /// Rates before and after an event.
+    pub(super) rates: [Vec<f64>; 2],
 }
 
 impl<M, U> Default for SolverWorkspace<M, U> {

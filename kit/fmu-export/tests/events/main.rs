@@ -4,6 +4,7 @@
 
 mod ball;
 mod model;
+mod relay;
 
 use fmu_export::ffi::{CallbackFunctions, EventInfo, Str};
 use fmu_export::{check, model_description, model_description3};
