@@ -94,6 +94,7 @@ RUN_FMUS = COMMON | {
     "--variant": Refused("--variant other.ssd", "--variant " + NEEDS_SYSTEM),
     "--feedthrough": Acts("--feedthrough c", "mute"),
     "--interface": Refused("--interface a=me", "offers Co-Simulation only, no Model Exchange"),
+    "--solver": Refused("--solver a=stiff", "only components of Model Exchange are integrated here"),
     "--isolate": Refused("--isolate x", "--isolate x: the system has no component of this name; it has a, b"),
     "--call-timeout": Refused("--call-timeout 1", "--call-timeout is for components in processes of their own"),
     "--memory-limit": Refused("--memory-limit 1GB", "--memory-limit is for components in processes of their own"),
@@ -123,6 +124,7 @@ RUN_SYSTEM = COMMON | {
     "--variant": Acts("--variant other.ssd"),
     "--feedthrough": Acts("--feedthrough mass", "mute"),
     "--interface": Refused("--interface spring=me", "offers Co-Simulation only, no Model Exchange"),
+    "--solver": Refused("--solver spring=stiff", "only components of Model Exchange are integrated here"),
     "--isolate": Refused("--isolate x", "--isolate x: the system has no component of this name"),
     "--call-timeout": Refused("--call-timeout 1", "--call-timeout is for components in processes of their own"),
     "--memory-limit": Refused("--memory-limit 1GB", "--memory-limit is for components in processes of their own"),
@@ -150,7 +152,7 @@ OF_SYSTEM |= {
     "free": "run o.ssp --set mass.x=1 --csv out.csv",
 }
 #: What `--system` and its companions do in the other commands of `cosim`.
-SYSTEM = {name: RUN_SYSTEM[name] for name in ("--fmi", "--fmu", "--variant", "--parameters", "--interface", "--isolate", "--call-timeout", "--memory-limit", "--rate", "--feedthrough", "--solve-loops", "--fmu-dir",
+SYSTEM = {name: RUN_SYSTEM[name] for name in ("--fmi", "--fmu", "--variant", "--parameters", "--interface", "--solver", "--isolate", "--call-timeout", "--memory-limit", "--rate", "--feedthrough", "--solve-loops", "--fmu-dir",
     "--map")}
 BENCH_BASES = {name: words.replace("run ", "bench --repeat 1 --system ").replace(" --quiet", "") for name, words in OF_SYSTEM.items()}
 BENCH = SYSTEM | {
@@ -331,6 +333,7 @@ MACHINE = {
     "--variant": Refused("--variant absent.ssd", "absent.ssd"),
     "--feedthrough": Refused("--feedthrough absent", "--feedthrough absent"),
     "--interface": Acts("--interface hdrm=me"),
+    "--solver": Refused("--solver hdrm=stiff", "only components of Model Exchange are integrated here"),
     "--isolate": Refused("--isolate x", "--isolate x: the system has no component of this name"),
     "--call-timeout": Refused("--call-timeout 1", "--call-timeout is for components in processes of their own"),
     "--memory-limit": Refused("--memory-limit 1GB", "--memory-limit is for components in processes of their own"),
@@ -479,7 +482,7 @@ STUDIES = {
         SETUP
         | {name: Refused(words, MADE_BY_NO_RUN) for name, words in {
             "--stop-time": SHORT, "--input-derivatives": "--input-derivatives", "--between": "--between extrapolated", "--threads": "--threads 2",
-            "--interface": "--interface hdrm=me", "--isolate": "--isolate hdrm", "--call-timeout": "--call-timeout 1", "--memory-limit": "--memory-limit 1GB",
+            "--interface": "--interface hdrm=me", "--solver": "--solver hdrm=stiff", "--isolate": "--isolate hdrm", "--call-timeout": "--call-timeout 1", "--memory-limit": "--memory-limit 1GB",
             "--rate": "--rate hdrm=0.0005", "--feedthrough": "--feedthrough hdrm", "--solve-loops": "--solve-loops",
         }.items()}
         | {

@@ -65,8 +65,8 @@ impl Process {
     /// The system does not allow it.
     pub fn kill(&mut self) -> io::Result<()> {
         #[cfg(target_os = "linux")]
-        // SAFETY: plain numbers; the process was not waited for, so its number is its own.
         if self.0.try_wait()?.is_none() {
+            // SAFETY: plain numbers; the process was not waited for, so its number is its own.
             unsafe { libc::kill(-(self.0.id().cast_signed()), libc::SIGKILL) };
         }
         self.0.kill()?;

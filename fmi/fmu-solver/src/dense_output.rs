@@ -27,8 +27,8 @@ pub(crate) struct Indicators {
     /// At the start of the internal step and at a later point of it, then at the ends and inside
     /// the interval that contains the event.
     pub(crate) values: [Vec<f64>; 5],
-    /// 1 for those that have changed their sign at the event that the step follows, else 0.
-    pub(crate) fired: Vec<f64>,
+    /// Whether each has changed its sign at the event that the step follows.
+    pub(crate) fired: Vec<bool>,
 }
 
 /// Whether the sign of an indicator changes from `a` to `b`.
@@ -40,7 +40,7 @@ impl Indicators {
     pub(crate) fn new(n: usize) -> Self {
         Self {
             values: vectors(n),
-            fired: vec![0.0; n],
+            fired: vec![false; n],
         }
     }
 
@@ -51,7 +51,7 @@ impl Indicators {
     /// The internal step has no event: its end is the start of the next one.
     pub(crate) fn pass(&mut self) {
         self.values.swap(0, 1);
-        self.fired.fill(0.0);
+        self.fired.fill(false);
     }
 
     /// Writes the values at `theta` into the vector with this index.
@@ -83,7 +83,7 @@ impl Indicators {
         system: &mut S,
         step: &mut Step,
     ) -> Result<Option<f64>, S::Error> {
-        if self.fired.contains(&1.0) {
+        if self.fired.contains(&true) {
             self.return_at_once(system, step)?;
         }
         self.look(system, step, 0.5, 1)?;
@@ -139,7 +139,7 @@ impl Indicators {
         system.indicators(s, &step.error, &mut self.values[1])?;
         let [start, later, ..] = &mut self.values;
         for (i, fired) in self.fired.iter_mut().enumerate() {
-            if std::mem::take(fired) > 0.0 && changes((&start[i], &later[i])) {
+            if std::mem::take(fired) && changes((&start[i], &later[i])) {
                 start[i] = later[i];
             }
         }
@@ -187,7 +187,7 @@ impl Indicators {
         }
         step.interpolate(high);
         for (fired, ends) in self.fired.iter_mut().zip(start.iter().zip(&*at_high)) {
-            *fired = f64::from(u8::from(changes(ends)));
+            *fired = changes(ends);
         }
         Ok(high)
     }

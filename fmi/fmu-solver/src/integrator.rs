@@ -154,7 +154,7 @@ impl Integrator {
         step.x.copy_from_slice(x);
         let indicators = &mut self.workspace.indicators;
         // An importer cannot know what the event has done: each change of a sign is another one.
-        indicators.fired.fill(0.0);
+        indicators.fired.fill(false);
         (self.at, self.reach, self.event) = (0.0, 0.0, None);
         if is_other {
             self.control = Control::new(0.0);

@@ -160,14 +160,14 @@ impl Solver {
     /// What comes next does not follow the last event, or that left the states as they were: an
     /// indicator that returns at once is then another event.
     pub fn forget_event(&mut self) {
-        self.workspace.indicators.fired.fill(0.0);
+        self.workspace.indicators.fired.fill(false);
     }
 
     /// The first indicator that has changed its sign at the last event, by its index.
     #[must_use]
     pub fn event_indicator(&self) -> Option<usize> {
         let fired = &self.workspace.indicators.fired;
-        fired.iter().position(|fired| *fired > 0.0)
+        fired.iter().position(|fired| *fired)
     }
 
     /// Advances the states `x` from the time `t` by `h`, both s, or to the first event. `first` is

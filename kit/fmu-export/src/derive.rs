@@ -21,7 +21,7 @@ pub use fallback::{
     is_saved_default, is_state,
 };
 pub use name::Name;
-pub use ode::{Ode, OutputsPath, State, StateAndOutputs, StatePath, Vector};
+pub use ode::{Ode, OutputsPath, State, StateAndOutputs, StatePart, StatePath, Vector};
 pub use path::{Path, Root};
 pub use rows::{
     Part, Rows, assemble, count, count_states, derivatives, is_display_unit, is_known_unit,
@@ -66,16 +66,6 @@ pub trait Input: Clone + Default + Serialize + DeserializeOwned {
     note = "an enumeration is written `Choice<{Self}>`; the derives know types by their names, so an alias is not known"
 )]
 pub trait Output: Clone + Default {}
-
-/// A struct of states within that of a model: `#[derive(State)]` without further structs.
-#[diagnostic::on_unimplemented(
-    message = "`{Self}` cannot be a part of a state",
-    label = "not a type of state",
-    note = "a state is an f64, an array or a Vec of f64, or a struct with #[derive(State)]; with `#[fmu(discrete)]`, what only events \
-            change, any type of variable; with `#[fmu(skip)]`, what is no variable, any type",
-    note = "an enumeration is written `#[fmu(discrete)]` and `Choice<{Self}>`; the derives know types by their names, so an alias is not known"
-)]
-pub trait StatePart: Vector + Output {}
 
 impl Parameters for () {
     fn start() {}

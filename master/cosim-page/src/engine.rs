@@ -42,12 +42,12 @@ pub struct Engine {
 enum Source {
     /// A packed system, with the structures and FMUs loaded from it, by name.
     Package {
-        package: Package,
+        package: Box<Package>,
         systems: BTreeMap<String, System>,
         fmus: BTreeMap<String, Arc<Fmu>>,
     },
     /// One FMU.
-    Fmu(System),
+    Fmu(Box<System>),
 }
 
 impl Engine {
@@ -58,14 +58,15 @@ impl Engine {
             let mut bytes = package.into_bytes();
             let read = |_: &str| Ok(std::mem::take(&mut bytes));
             let files = vec![(String::new(), FMU_NAME.to_string())];
-            Source::Fmu(System::from_files(files, &[], &FmuUse::default(), read)?)
+            let system = System::from_files(files, &[], &FmuUse::default(), read)?;
+            Source::Fmu(Box::new(system))
         } else {
             ensure!(
                 package.names().any(|name| name.ends_with(".ssd")),
                 "{NAME} holds neither a system structure (.ssd) nor a model description: it is no system and no FMU"
             );
             Source::Package {
-                package,
+                package: Box::new(package),
                 systems: BTreeMap::new(),
                 fmus: BTreeMap::new(),
             }

@@ -42,7 +42,7 @@ enum Command {
     /// Measure how many times faster than real time the system runs
     Bench(Box<BenchArgs>),
     /// Show components, stages of the exchange and power bonds; reports algebraic loops
-    Wiring(WiringArgs),
+    Wiring(Box<WiringArgs>),
     /// List the variables of FMUs and systems, what the FMUs can do and the platforms that they
     /// have libraries for
     Info(InfoArgs),

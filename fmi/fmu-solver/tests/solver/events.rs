@@ -13,6 +13,19 @@ fn methods() -> [(Method, f64); 3] {
     ]
 }
 
+/// Gravity, m/s².
+const G: f64 = 9.81;
+
+/// A ball without friction: height and speed.
+fn fall(_: f64, x: &[f64], dx: &mut [f64]) -> Answer {
+    (dx[0], dx[1]) = (x[1], -G);
+    Ok(())
+}
+
+fn height(_: f64, x: &[f64], z: &mut [f64]) {
+    z[0] = x[0];
+}
+
 /// An oscillation x = cos(t), x' = −sin(t).
 fn oscillation(_: f64, x: &[f64], dx: &mut [f64]) -> Answer {
     (dx[0], dx[1]) = (x[1], -x[0]);
@@ -25,19 +38,13 @@ fn oscillation(_: f64, x: &[f64], dx: &mut [f64]) -> Answer {
 /// s.
 #[test]
 fn a_ball_lands_when_it_should() {
-    const G: f64 = 9.81;
     for (method, longest) in methods() {
         let e: f64 = 0.75;
         let mut solver = solver(&method, 2, 1, longest, 1e-9);
         let (mut x, mut first, mut now) = ([1.0, 0.0], 0.0, 100.0);
-        let fall = |_: f64, x: &[f64], dx: &mut [f64]| {
-            (dx[0], dx[1]) = (x[1], -G);
-            Ok(())
-        };
-        let z = |_: f64, x: &[f64], z: &mut [f64]| z[0] = x[0];
         let mut problem = Problem {
             f: fall,
-            z,
+            z: height,
             evaluations: 0.into(),
         };
         let mut landings = Vec::new();
@@ -202,7 +209,6 @@ fn indicators_of_any_shape_are_located() {
 /// Landings are rounded to some ε of the time, which their number multiplies.
 #[test]
 fn short_flights_are_found() {
-    const G: f64 = 9.81;
     for (method, longest) in [
         (Method::Fixed, 0.01),
         (Method::Adaptive, f64::INFINITY),
@@ -211,14 +217,9 @@ fn short_flights_are_found() {
         for e in [0.1, 0.7_f64] {
             let mut solver = solver(&method, 2, 1, longest, 1e-6);
             let (mut x, mut first, mut now) = ([1.0, 0.0], 0.0, 0.0);
-            let fall = |_: f64, x: &[f64], dx: &mut [f64]| {
-                (dx[0], dx[1]) = (x[1], -G);
-                Ok(())
-            };
-            let z = |_: f64, x: &[f64], z: &mut [f64]| z[0] = x[0];
             let mut problem = Problem {
                 f: fall,
-                z,
+                z: height,
                 evaluations: 0.into(),
             };
             let (fall_time, mut bounces, mut exact) = ((2.0 / G).sqrt(), 0, (2.0 / G).sqrt());
@@ -249,7 +250,6 @@ fn short_flights_are_found() {
 /// above a ceiling), and by the trough of a wave. The first crossing is the event.
 #[test]
 fn two_crossings_within_a_step_are_found() {
-    const G: f64 = 9.81;
     for (method, longest) in [
         (Method::Fixed, 1.0),
         (Method::Adaptive, f64::INFINITY),
@@ -258,14 +258,10 @@ fn two_crossings_within_a_step_are_found() {
         for at in [0.1, 0.43, 0.8] {
             // Highest at `at`, by 1e-4 m above the ceiling.
             let mut solver = solver(&method, 2, 1, longest, 1e-6);
-            let throw = |_: f64, x: &[f64], dx: &mut [f64]| {
-                (dx[0], dx[1]) = (x[1], -G);
-                Ok(())
-            };
             let ceiling = 0.5 * G * at * at - 1e-4;
             let z = |_: f64, x: &[f64], z: &mut [f64]| z[0] = ceiling - x[0];
             let mut problem = Problem {
-                f: throw,
+                f: fall,
                 z,
                 evaluations: 0.into(),
             };

@@ -21,7 +21,10 @@ impl<M: Model> ModelCheck<M> {
             self.compare_inputs(&model, &point);
             self.compare_states(&model, &point);
             self.compare_rates(&model, &point);
-            self.derivatives(&model, &point);
+            // At the ends of the ranges differences are too rough to compare with.
+            if k < 4 {
+                self.derivatives(&model, &point);
+            }
             if let (Ok(first), Ok(now)) = (&first, output(&self.layout, &model, &point)) {
                 self.compare_fixed(first, &now);
             }

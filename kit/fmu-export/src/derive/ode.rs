@@ -81,6 +81,16 @@ pub trait Vector: Sized {
     fn not_finite(&self) -> Option<(&'static str, f64)>;
 }
 
+/// A struct of states within that of a model: `#[derive(State)]` without further structs.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` cannot be a part of a state",
+    label = "not a type of state",
+    note = "a state is an f64, an array or a Vec of f64, or a struct with #[derive(State)]; with `#[fmu(discrete)]`, what only events \
+            change, any type of variable; with `#[fmu(skip)]`, what is no variable, any type",
+    note = "an enumeration is written `#[fmu(discrete)]` and `Choice<{Self}>`; the derives know types by their names, so an alias is not known"
+)]
+pub trait StatePart: Vector + Output {}
+
 impl Vector for f64 {
     fn len(&self) -> usize {
         1

@@ -124,6 +124,7 @@ impl MachineArgs {
             (run.threads.is_some(), "--threads"),
             (!system.rates.is_empty(), "--rate"),
             (!system.interfaces.is_empty(), "--interface"),
+            (!system.solvers.is_empty(), "--solver"),
             (!system.isolation.isolate.is_empty(), "--isolate"),
             (system.isolation.call_timeout.is_some(), "--call-timeout"),
             (system.isolation.memory_limit.is_some(), "--memory-limit"),
