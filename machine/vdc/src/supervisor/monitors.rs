@@ -44,8 +44,8 @@ const GEAR: f64 = 0.05;
 /// Stiffness of the softest mounting, N/m.
 const SOFTEST: f64 = 12e6;
 /// Motion that a joint is to make, with the forgetting time, while its encoder shows the same count,
-/// rad. A joint of the wrist that sticks at its turn is asked for half of it.
-const UNSEEN: f64 = 0.02;
+/// rad: of a rod's joint, and of one of the wrist, which sticks at its turn.
+const UNSEEN: [f64; 2] = [0.02, 0.05];
 /// Steps in which a noisy reading changes each time before it is known as noisy, and in which it
 /// then may repeat.
 const NOISY: u32 = 200;
@@ -63,7 +63,7 @@ const SMOOTHED: f64 = 50.0;
 const CURRENT: f64 = 0.05;
 /// Rate of a wrist joint over the largest that is commanded: of one that finds its balance, and
 /// later beyond the wanted one.
-const RUNAWAY: [f64; 2] = [4.0, 1.0];
+const RUNAWAY: [f64; 2] = [4.0, 3.0];
 
 /// What the law makes of the measurements, which the monitors compare them with.
 #[derive(Clone, Copy, Debug, Default)]
@@ -200,7 +200,7 @@ impl Monitors {
                 Cause::WristRate,
                 self.wrist_runs_away(now, settings, input, h),
             ),
-            (Cause::Following, self.following(now, nominal, settings, h)),
+            (Cause::Following, self.following(now, settings, h)),
         ];
         let first = alarms.into_iter().find(|(_, is_on)| *is_on);
         first.map(|(cause, _)| cause)
@@ -222,19 +222,16 @@ impl Monitors {
         };
     }
 
-    /// Errors of the tip: position, and orientation times the distance of the tip from the wrist.
-    fn following(
-        &mut self,
-        now: &Plausibility,
-        nominal: &Nominal,
-        settings: &Settings,
-        h: f64,
-    ) -> bool {
-        let gains = &settings.gains;
-        let most = RateLimits::default().tip[0] / gains.Lambda_position;
-        let lever = nominal.tree.r_C4_D4.norm() + nominal.tree.r_D4_T4.norm();
-        let error = length(now.tip_error).max(lever * now.orientation_error);
+    /// Errors of the tip's position and orientation, over those at which the feedback asks for the
+    /// largest speed of the tip, and of all joints of the wrist.
+    fn following(&mut self, now: &Plausibility, settings: &Settings, h: f64) -> bool {
+        let (gains, limits) = (&settings.gains, RateLimits::default());
+        let most = limits.tip[0] / gains.Lambda_position;
+        let wrist = length([limits.joint[3], limits.joint[4], limits.joint[5]]);
+        let error = (length(now.tip_error) / most)
+            .max(now.orientation_error * gains.Lambda_orientation / wrist);
         let jump = length(std::array::from_fn(|k| now.tip_error[k] - self.error[k]));
+        let jumps = jump > SLOW * most;
         self.error = now.tip_error;
         // Without a model the error is that of the load, and the law has no bound for it.
         let has_model = settings.mode.law().knows_actuators();
@@ -243,16 +240,16 @@ impl Monitors {
             self.settled = 0.0;
         }
         if self.settled < removes {
-            self.settled = if error < SLOW * most {
+            self.settled = if error < SLOW {
                 self.settled + h
             } else {
                 0.0
             };
-            return jump > SLOW * most;
+            return jumps;
         }
-        let lasts = self.following[1].add(error, LASTING * most, removes, h);
-        let is_far = self.following[0].add(error, most, LASTS, h);
-        jump > SLOW * most || has_model && (is_far || lasts)
+        let lasts = self.following[1].add(error, LASTING, removes, h);
+        let is_far = self.following[0].add(error, 1.0, LASTS, h);
+        jumps || has_model && (is_far || lasts)
     }
 
     /// Angles compared with their integrated rates.
@@ -303,7 +300,7 @@ impl Monitors {
             } else {
                 (self.read[j], self.unseen[j]) = (input.zeta[j], 0.0);
             }
-            is_on |= self.unseen[j].abs() > UNSEEN;
+            is_on |= self.unseen[j].abs() > UNSEEN[usize::from(j >= 3)];
         }
         let (mut is_noisy, mut is_stale) = (false, false);
         for (i, noisy) in self.noisy.iter_mut().enumerate() {

@@ -184,7 +184,10 @@ impl Watch {
                 Fate::Stopped,
                 format!("the controller braked{}", self.cause),
             ),
-            Some(k) => (Fate::Lost, format!("rod {} swings under its brake", k + 1)),
+            Some(k) => (
+                Fate::Lost,
+                format!("rod {} swings under its brake{}", k + 1, self.cause),
+            ),
         }
     }
 }
