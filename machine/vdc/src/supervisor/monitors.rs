@@ -44,8 +44,9 @@ const GEAR: f64 = 0.05;
 /// Stiffness of the softest mounting, N/m.
 const SOFTEST: f64 = 12e6;
 /// Motion that a joint is to make, with the forgetting time, while its encoder shows the same count,
-/// rad: of a rod's joint, and of one of the wrist, which sticks at its turn.
-const UNSEEN: [f64; 2] = [0.02, 0.05];
+/// rad. A joint of the wrist sticks at its turn, the more the less it bears; the second bears the
+/// payload, and without its encoder it runs away.
+const UNSEEN: [f64; DOF] = [0.02, 0.02, 0.02, 0.04, 0.025, 0.05];
 /// Steps in which a noisy reading changes each time before it is known as noisy, and in which it
 /// then may repeat.
 const NOISY: u32 = 200;
@@ -62,8 +63,9 @@ const SMOOTHED: f64 = 50.0;
 /// Current that errors of sensor and regulator explain, over the largest.
 const CURRENT: f64 = 0.05;
 /// Rate of a wrist joint over the largest that is commanded: of one that finds its balance, and
-/// later beyond the wanted one.
-const RUNAWAY: [f64; 2] = [4.0, 3.0];
+/// later beyond the wanted one. The last has the least inertia, and jumps when it no longer sticks.
+const UNSETTLED: f64 = 4.0;
+const RUNAWAY: [f64; 3] = [1.0, 1.0, 2.5];
 
 /// What the law makes of the measurements, which the monitors compare them with.
 #[derive(Clone, Copy, Debug, Default)]
@@ -139,8 +141,9 @@ pub(crate) struct Monitors {
     /// Time for which the error has been small, s: while a machine finds its balance after the start,
     /// only jumps count.
     settled: f64,
-    /// Tip error of the step before, m.
+    /// Errors of the step before, m and rad.
     error: [f64; 3],
+    orientation_error: f64,
     /// Angles that the integrated rates lead to, rad.
     angles: [f64; DOF],
     rates: [Alarm; DOF],
@@ -210,6 +213,7 @@ impl Monitors {
         *self = Self {
             has_begun: true,
             error: now.tip_error,
+            orientation_error: now.orientation_error,
             angles: input.zeta,
             forces: input.F,
             read: input.zeta,
@@ -228,11 +232,13 @@ impl Monitors {
         let (gains, limits) = (&settings.gains, RateLimits::default());
         let most = limits.tip[0] / gains.Lambda_position;
         let wrist = length([limits.joint[3], limits.joint[4], limits.joint[5]]);
-        let error = (length(now.tip_error) / most)
-            .max(now.orientation_error * gains.Lambda_orientation / wrist);
+        let over_most = |distance: f64, angle: f64| {
+            (distance / most).max(angle.abs() * gains.Lambda_orientation / wrist)
+        };
+        let error = over_most(length(now.tip_error), now.orientation_error);
         let jump = length(std::array::from_fn(|k| now.tip_error[k] - self.error[k]));
-        let jumps = jump > SLOW * most;
-        self.error = now.tip_error;
+        let jumps = over_most(jump, now.orientation_error - self.orientation_error) > SLOW;
+        (self.error, self.orientation_error) = (now.tip_error, now.orientation_error);
         // Without a model the error is that of the load, and the law has no bound for it.
         let has_model = settings.mode.law().knows_actuators();
         let removes = removes(settings);
@@ -240,11 +246,7 @@ impl Monitors {
             self.settled = 0.0;
         }
         if self.settled < removes {
-            self.settled = if error < SLOW {
-                self.settled + h
-            } else {
-                0.0
-            };
+            self.settled = if error < SLOW { self.settled + h } else { 0.0 };
             return jumps;
         }
         let lasts = self.following[1].add(error, LASTING, removes, h);
@@ -300,7 +302,7 @@ impl Monitors {
             } else {
                 (self.read[j], self.unseen[j]) = (input.zeta[j], 0.0);
             }
-            is_on |= self.unseen[j].abs() > UNSEEN[usize::from(j >= 3)];
+            is_on |= self.unseen[j].abs() > UNSEEN[j];
         }
         let (mut is_noisy, mut is_stale) = (false, false);
         for (i, noisy) in self.noisy.iter_mut().enumerate() {
@@ -386,8 +388,8 @@ impl Monitors {
         for (j, [rate, more]) in (3..DOF).zip(&mut self.wrist) {
             *rate += reached * (input.zeta_dot[j] - *rate);
             *more += reached * (input.zeta_dot[j] - now.zeta_dot_r[j] - *more);
-            self.erring[j] |= rate.abs() > RUNAWAY[0] * limits[j]
-                || is_settled && more.abs() > RUNAWAY[1] * limits[j];
+            self.erring[j] |= rate.abs() > UNSETTLED * limits[j]
+                || is_settled && more.abs() > RUNAWAY[j - 3] * limits[j];
             is_on |= self.erring[j];
         }
         is_on
