@@ -2,8 +2,9 @@
 //! whether what the sensors and drives say agrees. Each compares two ways to one quantity, and
 //! alarms when they differ by more than machine and law explain, for longer than a transient.
 //!
-//! - The tip's error asks, through the feedback Λ, for no more than the largest speed of the tip; a
-//!   quarter of it does not outlive three time constants of the law's integral; it does not jump.
+//! - The tip's error asks, through the feedback Λ, for no more than the largest speed of the tip and
+//!   of the wrist; 0.7 of it does not outlive three time constants of the law's integral; it does
+//!   not jump by a quarter.
 //! - A joint's angle is the integral of its rate, and rod and motor move together, but for what the
 //!   mounting gives way and the play.
 //! - A joint that is to move shows other counts; a reading with noise never repeats for long.
@@ -25,7 +26,7 @@ use serde::{Deserialize, Serialize};
 
 /// Time over which differences of rates are integrated, s.
 const FORGETS: f64 = 0.25;
-/// Part of the largest tip error that must not come within a step, and that must not last.
+/// Parts of the largest error: that must not come within a step, and that must not last.
 const SLOW: f64 = 0.25;
 const LASTING: f64 = 0.7;
 /// Time constants of the law's integral within which it removes an error.
@@ -296,13 +297,13 @@ impl Monitors {
     /// machine has none.
     fn stale(&mut self, now: &Plausibility, input: &Input, h: f64) -> bool {
         let (mut is_on, forgets) = (false, share(h / FORGETS));
-        for j in 0..DOF {
+        for (j, most) in UNSEEN.into_iter().enumerate() {
             if input.zeta[j] == self.read[j] {
                 self.unseen[j] += h * now.zeta_dot_r[j] - forgets * self.unseen[j];
             } else {
                 (self.read[j], self.unseen[j]) = (input.zeta[j], 0.0);
             }
-            is_on |= self.unseen[j].abs() > UNSEEN[j];
+            is_on |= self.unseen[j].abs() > most;
         }
         let (mut is_noisy, mut is_stale) = (false, false);
         for (i, noisy) in self.noisy.iter_mut().enumerate() {

@@ -25,7 +25,9 @@ impl Watched {
             current_loop: true,
             ..Settings::from_gains(&machine.controller)
         };
-        (settings.gains.Lambda_position, settings.gains.omega_tip) = (12.0, 6.0);
+        let gains = &mut settings.gains;
+        (gains.Lambda_position, gains.Lambda_orientation) = (12.0, 12.0);
+        gains.omega_tip = 6.0;
         Self {
             monitors: Monitors::default(),
             nominal: Nominal::new(&machine, &Surrogate::reference()).expect("valid"),
@@ -113,7 +115,8 @@ fn a_healthy_machine_gives_no_alarm() {
     assert_eq!(Watched::new().cause(5.0, |_, _, _| ()), None);
 }
 
-/// 0.25 m/s over Λ = 12 1/s are 20.8 mm: beyond it at once, beyond a quarter after 3/ω = 0.5 s.
+/// 0.25 m/s over Λ = 12 1/s are 20.8 mm, and √3 · 0.5 rad/s over it 72 mrad: beyond them at once,
+/// beyond 0.7 of them after 3/ω = 0.5 s, and a jump by a quarter in its step.
 #[test]
 fn an_error_that_is_large_lasts_or_jumps_is_an_alarm() {
     let growing = |size: f64, t: f64| size * 0.022 * (t / 0.2).min(1.0);
@@ -122,11 +125,14 @@ fn an_error_that_is_large_lasts_or_jumps_is_an_alarm() {
     });
     assert!(time > 0.19, "{time}");
     let time = found(Cause::Following, 0.7, |size, t, now, _| {
-        now.orientation_error = size * 0.02 * (t / 0.2).min(1.0);
+        now.orientation_error = size * 0.06 * (t / 0.2).min(1.0);
     });
     assert!(time > 0.5, "{time}");
     found(Cause::Following, 0.0, |size, _, now, _| {
         now.tip_error[2] = size * 0.0055
+    });
+    found(Cause::Following, 0.0, |size, _, now, _| {
+        now.orientation_error = size * 0.019
     });
     let mut watched = Watched::new();
     watched.settings.mode = Mode::Pd;
@@ -169,7 +175,7 @@ fn a_joint_that_moves_without_its_motor_is_an_alarm() {
 }
 
 /// A joint of the wrist whose encoder stands, with its rate, while it is
-/// to move at 0.2 rad/s: 20 mrad after 0.13 s, by 0.05 (1 − e^(−t/0.25 s)). A current that
+/// to move at 0.2 rad/s: 25 mrad after 0.17 s, by 0.05 (1 − e^(−t/0.25 s)). A current that
 /// stands while others have noise; at rest without noise nothing is stale.
 #[test]
 fn a_reading_that_stands_is_an_alarm() {
@@ -180,7 +186,7 @@ fn a_reading_that_stands_is_an_alarm() {
     let (cause, time) = Watched::new().cause(1.0, frozen).expect("an alarm");
     // The jump to 0.35 is a millirad or so and not seen by the comparison with the rate.
     assert!(
-        cause == Cause::Stale && (0.12..0.14).contains(&time),
+        cause == Cause::Stale && (0.16..0.18).contains(&time),
         "{cause:?} {time}"
     );
     let stands =
