@@ -3,8 +3,8 @@
 //! alarms when they differ by more than machine and law explain, for longer than a transient.
 //!
 //! - The tip's error asks, through the feedback Λ, for no more than the largest speed of the tip and
-//!   of the wrist; 0.7 of it does not outlive three time constants of the law's integral; it does
-//!   not jump by a quarter.
+//!   of a joint of the wrist; 0.7 of it does not outlive three time constants of the law's integral;
+//!   it does not jump by a quarter.
 //! - A joint's angle is the integral of its rate, and rod and motor move together, but for what the
 //!   mounting gives way and the play.
 //! - A joint that is to move shows other counts; a reading with noise never repeats for long.
@@ -26,9 +26,11 @@ use serde::{Deserialize, Serialize};
 
 /// Time over which differences of rates are integrated, s.
 const FORGETS: f64 = 0.25;
-/// Parts of the largest error: that must not come within a step, and that must not last.
+/// Parts of the largest error: that must not come within a step, that must not last, and below which
+/// the machine has found its balance.
 const SLOW: f64 = 0.25;
 const LASTING: f64 = 0.7;
+const SETTLED: f64 = 0.08;
 /// Time constants of the law's integral within which it removes an error.
 const REMOVED: f64 = 3.0;
 /// Time for which a difference must last, s: readings may be lost or late.
@@ -66,7 +68,7 @@ const CURRENT: f64 = 0.05;
 /// Rate of a wrist joint over the largest that is commanded: of one that finds its balance, and
 /// later beyond the wanted one. The last has the least inertia, and jumps when it no longer sticks.
 const UNSETTLED: f64 = 4.0;
-const RUNAWAY: [f64; 3] = [1.0, 1.0, 2.5];
+const RUNAWAY: [f64; 3] = [1.5, 1.5, 2.5];
 
 /// What the law makes of the measurements, which the monitors compare them with.
 #[derive(Clone, Copy, Debug, Default)]
@@ -228,13 +230,12 @@ impl Monitors {
     }
 
     /// Errors of the tip's position and orientation, over those at which the feedback asks for the
-    /// largest speed of the tip, and of all joints of the wrist.
+    /// largest speed of the tip and of a joint of the wrist.
     fn following(&mut self, now: &Plausibility, settings: &Settings, h: f64) -> bool {
         let (gains, limits) = (&settings.gains, RateLimits::default());
         let most = limits.tip[0] / gains.Lambda_position;
-        let wrist = length([limits.joint[3], limits.joint[4], limits.joint[5]]);
         let over_most = |distance: f64, angle: f64| {
-            (distance / most).max(angle.abs() * gains.Lambda_orientation / wrist)
+            (distance / most).max(angle.abs() * gains.Lambda_orientation / limits.joint[DOF - 1])
         };
         let error = over_most(length(now.tip_error), now.orientation_error);
         let jump = length(std::array::from_fn(|k| now.tip_error[k] - self.error[k]));
@@ -247,7 +248,11 @@ impl Monitors {
             self.settled = 0.0;
         }
         if self.settled < removes {
-            self.settled = if error < SLOW { self.settled + h } else { 0.0 };
+            self.settled = if error < SETTLED {
+                self.settled + h
+            } else {
+                0.0
+            };
             return jumps;
         }
         let lasts = self.following[1].add(error, LASTING, removes, h);
