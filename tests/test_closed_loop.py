@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from fmpy_master import ROOT, SCHEDULES, STAGED, Master
-from fmu import Refused
 from native import call, evaluated, named, recorded
 from system import System
 
@@ -155,8 +154,7 @@ def test_a_system_that_knows_the_delay_tracks_under_the_standard_schedule(fmu_di
 
 
 def test_the_standard_schedule_at_twice_the_step_needs_the_prediction(fmu_dir, fmus, tmp_path):
-    with pytest.raises(Refused, match="allowed|must"):
-        standard(fmu_dir, fmus, tmp_path, "SystemStructure.ssd", "cubic", 2e-3)
+    assert standard(fmu_dir, fmus, tmp_path, "SystemStructure.ssd", "cubic", 2e-3) > 1
 
 
 def test_coupling_error_of_the_schedules(couple):

@@ -179,7 +179,7 @@ def states(fmu, hdrm):
     pose = numbered("zeta_start", zeta) | numbered("zeta_dot_start", small)
     if fmu.identifier == "Hdrm":
         carried = {"load.mass": 90.0, "load.com[2]": 0.1, "base.tilt[1]": 0.1, "base.tilt[2]": -0.2, "base.angular_velocity[1]": 0.3}
-        return [pose | carried | {"f[2]": 3e4, "f[3]": 2e4}]
+        return [pose | carried | {"f[2]": 3e4, "f[3]": 2e4, "tau_wrist[1]": 40.0}]
     plant = hdrm.running(**pose)
     position = plant.get(*(f"tip.position[{i}]" for i in (1, 2, 3)))
     orientation = plant.get(*(f"tip.orientation[{i}]" for i in (1, 2, 3, 4)))

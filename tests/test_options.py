@@ -455,6 +455,18 @@ STUDIES = {
             "--json": Acts("--json d.json"),
         },
     ),
+    "weighing": (
+        {"plain": "weighing"},
+        SETUP
+        | {"--stop-time": Refused(SHORT, "--stop-time cannot be used here"), "--shift": Refused("--shift 0.3", "three numbers")}
+        | dict.fromkeys(["--mode", "--payload", "--store", "--csv", "--json"], Told(SLOW)),
+    ),
+    "rest": (
+        {"plain": "rest"},
+        SETUP
+        | {"--stop-time": Refused(SHORT, "--stop-time cannot be used here"), "--world": Refused("--world strict-rigid", "the worlds ideal and real")}
+        | dict.fromkeys(["--law", "--follows", "--poses", "--seed", "--store", "--csv", "--json"], Told(SLOW)),
+    ),
     "tournament": (
         {"plain": "tournament"},
         SETUP | dict.fromkeys(["--law", "--budget", "--tuning-seeds", "--seeds", "--path", "--store", "--json"], Told(SLOW)),

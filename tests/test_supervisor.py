@@ -4,6 +4,7 @@ the action before does not suffice. The plants that are kept, on which it must d
 A rod ripples by the root mean square of its force around a mean over 0.15 s: 0.25 kN as drawn, tens of kN where it swings."""
 
 import csv
+import re
 
 import numpy as np
 import pytest
@@ -73,8 +74,8 @@ def test_cosim_says_that_the_machine_was_stopped(fmu_dir):
     for name, code in ("stopped", 2), ("lowered", 0):
         settings = named(joined(CASES[name][1], {"controller": {"mode": "adaptive_integral"}}))
         done = call("cosim", "run", "--quiet", "--check", "--system", fmu_dir / "Real.ssp", "--stop-time", 5, *settings)
-        said = "! the supervisor stops the machine: `controller.supervisor.state` is stopping, first at t = " in done.stdout
-        assert done.returncode == code and said == (code == 2), done.stdout
+        said = re.search(r"! the supervisor stops the machine: `controller.supervisor.state` is (stopping|braking), first at t = ", done.stdout)
+        assert done.returncode == code and bool(said) == (code == 2), done.stdout
 
 
 @pytest.mark.parametrize("name", ["frozen", "lowered", "stopped"])

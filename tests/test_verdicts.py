@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from native import call
@@ -92,11 +93,22 @@ def test_a_rating_that_is_exceeded_spoils_a_long_run(machine):
 
 
 RATES = ["--set", "controller.trajectory=rates"]
-# The tilt rod at the end of its reach under commanded rates, at 10.9 Hz between 61 and 78 kN; the slew of the machine as built at 7 Hz.
+OUT = ["--set", "controller.rate.joint[2]=-0.1", "--set", "controller.rate.joint[3]=0.1", "--stop-time", 30]
+#: Gains that commanded rates make those of a path: they take half the feedback and a quarter of the adaptation's rate.
+path_gains = lambda gamma, feedback, integral: [
+    option
+    for name, value in (("gamma", gamma / 4), ("Lambda_position", 2 * feedback), ("omega_tip", 2 * integral))
+    for option in ("--set", f"controller.{name}={value}")
+]
+# The end of the reach, where commanded rates do not lead as the tilt rod does not hold it, and a push.
+REACH = ["--set", "hdrm.zeta_start[2]=-0.077", "--set", "hdrm.zeta_start[3]=-0.359", "--stop-time", 20]
+REACH += ["--set", "hdrm.push.start=1", "--set", "hdrm.push.duration=0.2", "--set", "hdrm.push.force[2]=300"]
+# With them the tilt rod swings at the end of its reach, at 10.9 Hz between 61 and 78 kN, and the slew of the machine as built at 7 Hz.
 SWINGING = {
-    "tilt": ("Manipulator.ssp", ["--set", "controller.rate.joint[2]=-0.1", "--set", "controller.rate.joint[3]=0.1", "--stop-time", 30], "emla_3 swings: ±8."),
-    "slew": ("Real.ssp", ["--stop-time", 6], "emla_1 swings: ±2."),
+    "tilt": ("Manipulator.ssp", [*REACH, *path_gains(25, 20, 5)], "emla_3 swings: ±8."),
+    "slew": ("Real.ssp", ["--stop-time", 6, *path_gains(250, 12, 6)], "emla_1 swings: ±2."),
 }
+RESTING = {"tilt": ("Manipulator.ssp", OUT), "reach": ("Manipulator.ssp", REACH), "slew": ("Real.ssp", ["--stop-time", 6])}
 
 
 @pytest.mark.parametrize("name", SWINGING)
@@ -106,6 +118,38 @@ def test_a_rod_that_swings_at_rest_is_named(fmu_dir, name):
     (finding,) = [line for line in done.stdout.splitlines() if " swings: " in line and said in line]
     hertz = float(finding.split(" at ")[1].split()[0])
     assert done.returncode == 2 and abs(hertz / {"tilt": 10.9, "slew": 7.0}[name] - 1) < 0.1, finding
+
+
+@pytest.mark.parametrize("mode", ["adaptive", "adaptive_integral"])
+@pytest.mark.parametrize("name", RESTING)
+def test_under_commanded_rates_the_machine_rests(fmu_dir, name, mode):
+    system, more = RESTING[name]
+    done = call("hdrm-fmu", "run", "--quiet", "--system", fmu_dir / system, *RATES, *more, "--set", f"controller.mode={mode}")
+    assert "swings" not in done.stdout, done.stdout
+
+
+@pytest.mark.parametrize("system", ["Manipulator.ssp", "Real.ssp"])
+def test_a_reference_stays_by_a_machine_that_stands_on_the_floor(fmu_dir, tmp_path, system):
+    """The tip is led down for 10 s, onto a floor below it. The reference once went on by 1.08 m: 56 kN at the floor, 197 kN at a rod."""
+    scenario, file = tmp_path / "release.json", tmp_path / "c.csv"
+    event = {"time": 10, "model": "controller", "variable": "rate.tip[2]", "action": "override", "value": 0.0}
+    scenario.write_text(json.dumps({"events": [event], "end": 13}))
+    names = "controller.desired.position[2],hdrm.tip.position[2],hdrm.contact.force[2],emla_1.F,emla_2.F,emla_3.F"
+    down = ["--set", "controller.rate.command=tip", "--set", "controller.rate.tip[2]=-0.15", "--set", "hdrm.contact.stiffness=1e6"]
+    done = call("cosim", "run", "--system", fmu_dir / system, *RATES, *down, "--scenario", scenario, "--stop-time", 13, "--csv", file, "--signals", names)
+    assert done.returncode == 0 and "does not follow the commanded rates" in done.stdout, done.stdout
+    t, desired, tip, floor, *rods = np.loadtxt(file, delimiter=",", skiprows=1).T
+    assert tip[t < 9].min() < 0.0 and (tip - desired).max() < 0.1
+    assert floor.max() < 25e3 and np.abs(rods).max() < 75e3
+    # Released, it relieves the floor at once.
+    before, after = (floor[np.searchsorted(t, instant)] for instant in (9.9, 12.0))
+    assert desired[np.searchsorted(t, 10.5)] > desired[np.searchsorted(t, 9.9)] + 1e-3 and after < 0.8 * before
+
+
+def test_joints_stop_where_a_rod_holds_no_more(fmu_dir):
+    system, more = RESTING["tilt"]
+    done = call("hdrm-fmu", "run", "--quiet", "--check", "--system", fmu_dir / system, *RATES, *more)
+    assert done.returncode == 0, done.stdout
 
 
 def test_without_adaptation_the_tilt_does_not_swing(fmu_dir):

@@ -197,6 +197,41 @@ def test_margins_enclose_the_border_of_stability(fmu_dir, tmp_path):
     assert heavier["limit"] == "force" and "by the rods' force" in done.stdout and "carries more than its rated force" in done.stdout + done.stderr
 
 
+@pytest.mark.parametrize("world, system", [("ideal", "Manipulator.ssp"), ("real", "Real.ssp")])
+def test_the_machine_rests_under_commanded_rates(fmu_dir, tmp_path, world, system):
+    """In two random poses, with three payloads each."""
+    options = ["--world", world, "--law", "adaptive_integral", "--follows", "rates", "--poses", 2, "--csv", tmp_path / "r.csv", "--check"]
+    done = call("hdrm-fmu", "rest", "--system", fmu_dir / system, *options)
+    rows = list(csv.DictReader((tmp_path / "r.csv").open()))
+    assert done.returncode == 0 and [row["rests"] for row in rows] == ["true"] * 6, done.stdout + done.stderr
+
+
+def test_the_machine_rests_before_a_path(fmu_dir, tmp_path):
+    """In a pose where the slew swung by 1.1 % at 4 Hz under the gains of a path, and three in which an empty hook was stopped as it set off."""
+    options = ["--world", "real", "--law", "adaptive_integral", "--follows", "path", "--poses", 20, "--csv", tmp_path / "r.csv", "--check"]
+    done = call("hdrm-fmu", "rest", "--system", fmu_dir / "Real.ssp", *options)
+    rows = list(csv.DictReader((tmp_path / "r.csv").open()))
+    assert done.returncode == 0 and [row["rests"] for row in rows] == ["true"] * 12, done.stdout + done.stderr
+    assert max(float(row["swing"]) for row in rows) < 6e-3, rows
+
+
+def test_weighing_makes_no_payload_worse(fmu_dir, tmp_path):
+    """A light payload far off and full ones that sag: never worse than without weighing. An empty hook: kept instead of stopped."""
+    shifts = [option for shift in ("0,0,0", "0,-0.25,0", "0,0,0.5") for option in ("--shift", shift)]
+    payloads = [option for payload in (0, 20, 300) for option in ("--payload", payload)]
+    options = [*payloads, *shifts, "--csv", tmp_path / "w.csv", "--check"]
+    done = call("hdrm-fmu", "weighing", "--system", fmu_dir / "Real.ssp", *options)
+    assert done.returncode == 0, done.stdout + done.stderr
+    rows = list(csv.reader((tmp_path / "w.csv").open()))[1:]
+    assert len(rows) == 9
+    for mass, _, _, _, fate, error, without, before in rows:
+        assert fate == "kept", rows
+        if mass == "0":
+            assert without == "stopped" and float(error) < 2e-4, rows
+        else:
+            assert without == "kept" and float(error) < 1.1 * float(before), rows
+
+
 def test_a_tournament_goes_on_where_it_was_interrupted(fmu_dir, tmp_path):
     """Tuned and reported with few runs: the files that are there are taken, and the table is the same."""
     options = ["--budget", 2, "--tuning-seeds", 1, "--seeds", 1, "--store", tmp_path / "store"]

@@ -1,7 +1,7 @@
 //! Enumerations of the FMU `Controller`, for `table` and `model`: names and numbers of values.
 
 use fmu_export::Items;
-use vdc::{Level, MODES, Mode, RateCommand, Stage};
+use vdc::{Cause, Level, MODES, Mode, RateCommand, Stage};
 
 pub(crate) static MODE: Items<(Mode, bool), { MODES.len() }> =
     Items::new("Mode", "how much of the controller is at work", MODES);
@@ -45,14 +45,29 @@ pub(crate) static SUPERVISOR: Items<Stage, 7> = Items::new("Supervisor", "what t
     (Stage::Lowered, "lowered", "the gains are lowered besides"),
     (Stage::Stopping, "stopping", "the joints come to rest"),
     (Stage::Braking, "braking", "the brakes are applied, the gates still on"),
-    (Stage::Stopped, "stopped", "the brakes hold the rods, the gates are off, the wrist is held where it was"),
+    (Stage::Stopped, "stopped", "the brakes hold rods and wrist, the gates are off"),
+]);
+
+#[rustfmt::skip] // an item a line
+pub(crate) static CAUSE: Items<Cause, 11> = Items::new("Cause", "why the supervisor acts", [
+    (Cause::None, "none", "it does not act"),
+    (Cause::Swinging, "swinging", "a rod swings"),
+    (Cause::Overload, "overload", "the force of a rod stays at its limit and above its rating"),
+    (Cause::Tripped, "tripped", "a drive has tripped"),
+    (Cause::Following, "following", "the tip does not follow its reference, or its error jumps"),
+    (Cause::JointEncoder, "joint_encoder", "a joint's encoder, its motor and its rod tell different motions"),
+    (Cause::JointRate, "joint_rate", "a joint's angle is not the integral of its rate"),
+    (Cause::Stale, "stale", "a reading no longer changes"),
+    (Cause::Torque, "torque", "a motor's torque does not fit the force of its rod: a brake drags, or a sensor errs"),
+    (Cause::Current, "current", "a drive does not give the commanded current"),
+    (Cause::WristRate, "wrist_rate", "a joint of the wrist runs away"),
 ]);
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// The output `supervisor.state` is the place among the values of `Stage`.
+    /// The outputs `supervisor.state` and `supervisor.cause` are places among the values.
     #[test]
     fn stages_have_the_numbers_of_their_places() {
         for stage in [
@@ -65,6 +80,9 @@ mod tests {
             Stage::Stopped,
         ] {
             assert_eq!(SUPERVISOR.number(stage), stage as i32 + 1);
+        }
+        for number in 1..=11 {
+            assert_eq!(CAUSE.item(number).expect("a cause") as i32 + 1, number);
         }
     }
 }

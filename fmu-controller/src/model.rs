@@ -37,6 +37,10 @@ pub struct Input {
     pub(crate) u: vdc::Input,
     /// Voltage of the DC link, V; used once it is set.
     pub(crate) v_dc: CountedInput<f64>,
+    /// Motor angles, rad; used once they are set.
+    pub(crate) theta_m: CountedInput<[f64; 3]>,
+    /// Whether the drives' supply is ready.
+    pub(crate) supply_ready: bool,
 }
 
 impl Input {
@@ -53,6 +57,8 @@ impl Input {
                 ..vdc::Input::default()
             },
             v_dc: CountedInput::new(machine.emla.lift.link_voltage()),
+            theta_m: CountedInput::default(),
+            supply_ready: true,
         }
     }
 
@@ -60,6 +66,8 @@ impl Input {
     pub(crate) fn measured(&self) -> vdc::Input {
         vdc::Input {
             v_dc: self.v_dc.if_set(),
+            theta_m: self.theta_m.if_set(),
+            supply_missing: !self.supply_ready,
             ..self.u
         }
     }

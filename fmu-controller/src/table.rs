@@ -2,7 +2,7 @@
 //!
 //! Each row names the field of `vdc` or `machine_file` that it reads or sets.
 
-use super::enumerations::{LEVEL, MODE, RATE_COMMAND, SUPERVISOR, TRAJECTORY};
+use super::enumerations::{CAUSE, LEVEL, MODE, RATE_COMMAND, SUPERVISOR, TRAJECTORY};
 use super::files::{read_machine, read_path, read_surrogate};
 use super::model::ControllerFmu;
 use fmu_export::{ALL_PARAMETERS, DisplayUnit, File, Info, Terminal, Unit, Variable, joined, row};
@@ -103,6 +103,12 @@ const fn of_supervisor(row: V) -> V {
         .initially_depends_on(&["supervisor", "level"])
 }
 
+/// The same, but for the state of the supply.
+const fn with_supply(row: V) -> V {
+    row.depends_on(&["supply.ready"])
+        .initially_depends_on(&["supply.ready", "supervisor", "level"])
+}
+
 /// A gain in `machine.controller`.
 const fn gain(row: V) -> V {
     row.tunable().range(0.0..=GAIN_MAX)
@@ -131,7 +137,7 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, inputs x in u, "rod positions, read if level = actuator")
         .unit("m").display_unit("mm").range(-10.0..=10.0),
     row!(V, inputs x_dot in u, "rod velocities; read by the virtual power flows and if level = actuator")
-        .unit("m/s").display_unit("mm/s").range(-100.0..=100.0),
+        .unit("m/s").display_unit("mm/s").range(-1e3..=1e3),
     row!(V, inputs F in u, "actuator forces, positive when pushing; read by the virtual power flows and, in a step, by the disturbance observer")
         .unit("N").display_unit("kN").range(-FORCE_MAX..=FORCE_MAX).not_in_evaluation(),
     row!(V, counted_input v_dc, "voltage of the DC link: its voltage limit is min(v_max, v_dc/sqrt(3)); until it is set, the nominal machine's counts")
@@ -153,7 +159,7 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, inputs reference.rod_position = u.reference_rod_position, "desired rod positions, read if level = actuator")
         .unit("m").display_unit("mm").range(-10.0..=10.0),
     row!(V, inputs reference.rod_velocity = u.reference_rod_velocity, "desired rod velocities, read if level = actuator")
-        .unit("m/s").display_unit("mm/s").range(-100.0..=100.0),
+        .unit("m/s").display_unit("mm/s").range(-1e3..=1e3),
     row!(V, inputs reference.rod_acceleration = u.reference_rod_acceleration, "desired rod accelerations, read if level = actuator")
         .unit("m/s2").range(-1e4..=1e4),
     row!(V, inputs reference.rod_force = u.reference_rod_force, "desired forces on the load, read if level = actuator")
@@ -328,6 +334,15 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("1").tunable().range(0.0..=100.0),
     row!(V, boolean_parameter supervisor, "whether a supervisor watches the rods for swinging and acts on it, at the last by ramp, brakes and gates; without effect if level = actuator"),
     of_supervisor(row!(V, integer_output supervisor.state = supervisor_state, "what the supervisor does").items(&SUPERVISOR)),
-    of_supervisor(row!(V, boolean_outputs enable, "whether the supervisor leaves the drives' gates on")),
-    of_supervisor(row!(V, boolean_outputs brake, "whether the supervisor applies the holding brakes")),
+    with_supply(row!(V, boolean_outputs enable, "whether the supervisor leaves the drives' gates on; false without supply")),
+    with_supply(row!(V, boolean_outputs brake, "whether the supervisor applies the holding brakes; true without supply")),
+    row!(V, boolean_inputs tripped in u, "whether a drive has tripped: the supervisor then brakes all").not_in_evaluation(),
+    row!(V, inputs theta_m = theta_m.value, "motor angles; until they are set, nothing is concluded from them")
+        .counted(|u| &mut u.theta_m.sets).unit("rad").display_unit("deg").range(-1e8..=1e8).not_in_evaluation(),
+    row!(V, boolean_input reset in u, "a rising edge makes a stopped machine ready again, unless a drive has tripped or the supply is missing: gates on, then brakes off; it follows commanded rates from where it stands, else it rests there")
+        .not_in_evaluation(),
+    row!(V, boolean_input supply.ready = supply_ready, "whether the drives' supply is ready; until then their gates are off and their brakes applied"),
+    of_supervisor(row!(V, integer_output supervisor.cause = supervisor_cause, "why the supervisor acts").items(&CAUSE)),
+    of_supervisor(row!(V, boolean_outputs wrist.enable = wrist_enable, "whether the supervisor leaves the wrist's drives on")),
+    of_supervisor(row!(V, boolean_outputs wrist.brake = wrist_brake, "whether the supervisor applies the wrist's brakes")),
 ];

@@ -49,6 +49,7 @@ impl Model for EmlaFmu {
             state,
             rod,
             slip: 0.0,
+            closes: None,
             untrained_reported: false,
             warning,
         })
@@ -151,12 +152,15 @@ impl Continuous for EmlaFmu {
     fn event(&mut self, p: &Parameters, u: &Input, t: f64) -> Result<Event, ModelError> {
         let now = u.now(&self.rod);
         let shift = (self.emla).work_of_shift(&self.state, self.rod.value(), now.x);
-        let (mut state, slip) = self.emla.after_event(&self.state, &now, self.slip);
+        let is_due = self.closes.is_some_and(|closes| t >= closes);
+        let (mut state, slip) = (self.emla).after_event(&self.state, &now, self.slip, is_due);
         state.shift += shift;
         self.slip = slip;
+        let wait = self.emla.awaited_brake(&state, &now);
+        self.closes = (wait > 0.0).then(|| self.closes.unwrap_or(t + wait));
         self.become_state(state, t, |emla| trip(emla, &now, t));
         self.completed_step(p, u, t)?;
-        Ok(Event::NONE)
+        Ok(self.closes.map_or(Event::NONE, Event::at))
     }
 
     fn directional(

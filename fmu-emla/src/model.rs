@@ -15,6 +15,8 @@ pub struct EmlaFmu {
     pub(crate) rod: ExtrapolatedInput<f64>,
     /// Direction in which an applied brake slips in Model Exchange, ±1; 0: it holds.
     pub(crate) slip: f64,
+    /// When a commanded brake acts in Model Exchange, s; None: it does, or there is no command.
+    pub(crate) closes: Option<f64>,
     /// Whether the warning about the network's trained range was given.
     #[serde(skip)]
     pub(crate) untrained_reported: bool,

@@ -88,7 +88,8 @@ pub(crate) const VARIABLES: &[V] = joined!(
     INVERTER,
     BRAKE_AND_HEAT,
     INTERVAL,
-    FREE_ROD
+    FREE_ROD,
+    CLOSING
 );
 
 const INPUTS: &[V] = actuator_inputs!(
@@ -240,13 +241,19 @@ const FREE_ROD: &[V] = &[
     row!(V, local x_free_dot, "velocity of the rod with drive = force; with drive = motion that of the start").unit("m/s").display_unit("mm/s").nominal(0.05),
 ];
 
+/// Behind derivatives and indicators, so that earlier value references are unchanged.
+#[rustfmt::skip]
+const CLOSING: &[V] = &[
+    row!(V, parameter brake.closing_time in of_machine, "time from the brake's command until its torque acts; it opens at once").unit("s").range(0.0..=10.0).display_unit("ms").at(126),
+];
+
 static CURRENT_RATE: Unit = Unit::new("A/s").A(1).s(-1);
 static WARMING: Unit = Unit::new("K/s").K(1).s(-1);
 
 /// In the order of `emla::State::moving`.
 #[rustfmt::skip]
 pub(crate) const DERIVATIVES: &[V] = &[
-    V::derivative_of("i_d").own_unit(&CURRENT_RATE).depends_on(joined!(VOLTAGE, &["i_d", "i_q", "w_m", "T_winding"])),
+    V::derivative_of("i_d").at(108).own_unit(&CURRENT_RATE).depends_on(joined!(VOLTAGE, &["i_d", "i_q", "w_m", "T_winding"])),
     V::derivative_of("i_q").own_unit(&CURRENT_RATE).depends_on(joined!(VOLTAGE, TORQUE, &["T_winding"])),
     V::derivative_of("theta_m").unit("rad/s").depends_on(&["w_m"]),
     V::derivative_of("w_m").unit("rad/s2").depends_on(MECHANICAL),

@@ -75,10 +75,11 @@ impl Model for HdrmFmu {
         };
         let plant = Hdrm::new(&p.machine, &p.options)?.with_load(&p.load(u))?;
         Ok(Self {
-            state: plant.start_state(state),
+            state: plant.start_state(state, &u.u),
             plant,
             is_pushed: p.push.acts(t),
             slips: Slips::default(),
+            closes: [None; 3],
         })
     }
 
@@ -187,9 +188,17 @@ impl Continuous for HdrmFmu {
             let now = self.plant.dynamics_with(&self.state, &input);
             (self.plant, self.state) = self.reloaded(p, u, &now, &input)?;
         }
+        let due = |closes: Option<f64>| closes.is_some_and(|closes| t >= closes);
+        let passed = (self.closes).map(|closes| if due(closes) { f64::INFINITY } else { 0.0 });
+        self.state = self.plant.after_braking(self.state, &u.u, passed);
+        let awaited = self.plant.awaited_brakes(&self.state, &u.u);
+        for (closes, wait) in self.closes.iter_mut().zip(awaited) {
+            *closes = wait.map(|wait| closes.unwrap_or(t + wait));
+        }
         (self.state, self.slips) = self.plant.update_slips(self.state, &u.u, &self.slips);
         self.is_pushed = acts;
-        Ok(p.push.next(t).map_or(Event::NONE, Event::at))
+        let next = self.closes.into_iter().chain([p.push.next(t)]).flatten();
+        Ok(next.min_by(f64::total_cmp).map_or(Event::NONE, Event::at))
     }
 }
 

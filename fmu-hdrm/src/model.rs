@@ -13,6 +13,8 @@ pub struct HdrmFmu {
     pub(crate) is_pushed: bool,
     /// Slip directions of the wrist's motors, in Model Exchange.
     pub(crate) slips: Slips,
+    /// When commanded brakes of the wrist act in Model Exchange, s.
+    pub(crate) closes: [Option<f64>; 3],
 }
 
 /// Inputs of the FMU.

@@ -53,7 +53,7 @@ const FORCES: &[&str] = joined!(
     BASE,
     &["base.angular_velocity", "base.angular_acceleration"],
     MOTION,
-    &["wrist.angle", "wrist.rate"],
+    &["wrist.angle", "wrist.rate", "wrist.enable"],
 );
 
 fn read_machine(p: &mut Parameters, file: &str, resources: Option<&Path>) -> Result<(), String> {
@@ -92,7 +92,7 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("rad/s").display_unit("deg/s").depends_on(&[]).initially_depends_on(START),
     row!(V, outputs zeta_ddot, "joint accelerations")
         .unit("rad/s2").display_unit("deg/s2")
-        .depends_on(FORCES).initially_depends_on(joined!(FORCES, LOADED_START)),
+        .depends_on(FORCES).initially_depends_on(joined!(FORCES, &["wrist.brake"], LOADED_START)),
     row!(V, outputs f_hold, "actuator forces that hold the present pose against gravity")
         .unit("N").display_unit("kN").depends_on(HOLDING).initially_depends_on(BASE_START),
     row!(V, outputs tau_hold, "wrist torques that hold the present pose against gravity")
@@ -162,15 +162,25 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, locals wrist.torque = wrist_torque, "wrist as built: torques of the motors").unit("N.m").nominal(100.0),
     row!(V, locals wrist.angle = wrist_angle, "wrist as built: angles of the motors as the joints feel them").unit("rad").display_unit("deg").nominal(1.0),
     row!(V, locals wrist.rate = wrist_rate, "wrist as built: rates of these angles").unit("rad/s").display_unit("deg/s").nominal(1.0),
+
+    // Behind derivatives and indicators, so that earlier value references are unchanged
+    row!(V, boolean_inputs wrist.enable = u.wrist_enable, "whether the wrist's drives give torque").at(183),
+    row!(V, boolean_inputs wrist.brake = u.wrist_brake, "whether the wrist's brakes are applied: they hold up to brake.torque").not_in_evaluation(),
+    row!(V, parameter brake.closing_time in options, "time from the command of a brake of the wrist until its torque acts; it opens at once").unit("s").display_unit("ms").range(0.0..=10.0),
+    row!(V, parameters brake.torque in options, "torque up to which the brakes of the wrist hold, and with which they slip").unit("N.m").range(1e-6..=1e7),
 ];
 
 #[rustfmt::skip]
 pub(crate) const DERIVATIVES: &[V] = &[
-    V::derivatives_of("zeta").unit("rad/s").depends_on(&["zeta_dot[i]"]),
+    V::derivatives_of("zeta").at(148).unit("rad/s").depends_on(&["zeta_dot[i]"]),
     V::derivatives_of("zeta_dot").unit("rad/s2").depends_on(FORCES),
     V::derivative_of("energy.contact_loss").unit("W").depends_on(MOTION),
     V::derivatives_of("wrist.torque").own_unit(&TORQUE_RATE).depends_on(&["tau_wrist[i]", "wrist.torque[i]"]),
-    V::derivatives_of("wrist.angle").unit("rad/s").depends_on(&["wrist.rate[i]"]),
+    V::derivatives_of("wrist.angle").unit("rad/s").each_depends_on(&[
+        &["zeta[4]", "zeta_dot[4]", "wrist.angle[1]", "wrist.rate[1]"],
+        &["zeta[5]", "zeta_dot[5]", "wrist.angle[2]", "wrist.rate[2]"],
+        &["zeta[6]", "zeta_dot[6]", "wrist.angle[3]", "wrist.rate[3]"],
+    ]),
     V::derivatives_of("wrist.rate").unit("rad/s2").each_depends_on(&[
         &["tau_wrist[1]", "zeta[4]", "zeta_dot[4]", "wrist.torque[1]", "wrist.angle[1]", "wrist.rate[1]"],
         &["tau_wrist[2]", "zeta[5]", "zeta_dot[5]", "wrist.torque[2]", "wrist.angle[2]", "wrist.rate[2]"],

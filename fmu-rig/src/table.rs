@@ -232,4 +232,5 @@ const CURRENT_LOOP: &[V] = &[
     row!(V, boolean_parameter current_loop, "whether the drive regulates its currents itself, at the switching frequency: i_d to 0, i_q to i_q_required"),
     row!(V, parameter current_loop.K_p = regulator.K_p, "proportional gain of its current loop").unit("V/A").range(0.0..=1e6),
     row!(V, parameter current_loop.K_i = regulator.K_i, "integral gain of its current loop").unit("V/(A.s)").range(0.0..=1e9),
+    row!(V, parameter brake.closing_time in of_machine, "time from the brake's command until its torque acts; it opens at once").unit("s").range(0.0..=10.0).display_unit("ms"),
 ];

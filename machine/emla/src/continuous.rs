@@ -9,7 +9,7 @@ use crate::actuator::Emla;
 use crate::conditions::Conditions;
 use crate::maps;
 use crate::state::{LossKinds, State, Thermal};
-use machine_file::{ActuatorInput as Input, Brake, BrakeState};
+use machine_file::{ActuatorInput as Input, BrakeState};
 
 /// Number of event indicators: signs of speed, load and torque; undervoltage; the brake.
 pub const INDICATORS: usize = 5;
@@ -19,10 +19,6 @@ pub const INDICATORS: usize = 5;
 const OVERSHOOT: f64 = 1e-11;
 
 impl Emla {
-    fn brake(&self) -> Brake {
-        self.p.brake.unwrap_or(Brake::TYPICAL)
-    }
-
     /// The conditions at this instant; an applied brake slips (`slip` = ±1) or holds (0).
     pub(crate) fn instant_conditions<'a>(
         &self,
@@ -110,13 +106,16 @@ impl Emla {
         [s.w_m, now.tau_load, now.tau_e, above + behind, brake]
     }
 
-    /// The state after an event, and the direction in which an applied brake slips: a drive that
-    /// trips or is disabled loses its currents; a brake holds a shaft that has come to rest, if it
-    /// can.
+    /// The state after an event, and the direction in which an acting brake slips: a drive that trips
+    /// or is disabled loses its currents; a brake holds a shaft that has come to rest, if it can. A
+    /// brake that was commanded acts once [`Emla::awaited_brake`] has passed (`closes`).
     #[must_use]
-    pub fn after_event(&self, s: &State, u: &Input, slip: f64) -> (State, f64) {
+    pub fn after_event(&self, s: &State, u: &Input, slip: f64, closes: bool) -> (State, f64) {
         let mut next = self.update_gates(s, u);
-        if !(u.brake || next.tripped) {
+        if closes {
+            next.braked = self.braked_after(&next, u, f64::INFINITY);
+        }
+        if !self.has_brake(&next, u) {
             return (next, 0.0);
         }
         if slip * next.w_m < 0.0 {

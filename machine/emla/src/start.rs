@@ -22,7 +22,8 @@ impl Emla {
     }
 
     /// [`Emla::start`] with these temperatures of winding and housing, K. A drive that starts
-    /// disabled or below its undervoltage carries no current.
+    /// disabled or below its undervoltage carries no current; a brake that is applied at the start
+    /// acts.
     pub fn start_at(
         &self,
         u: &Input,
@@ -55,6 +56,7 @@ impl Emla {
             kinds: LossKinds::default(),
             ..self.update_gates(&state, u)
         };
+        state.braked = self.braked_after(&state, u, f64::INFINITY);
         let now = self.output(&state, u);
         (state.P_in_mean, state.i_dc_mean) = (now.P_in, now.i_dc);
         state.check_finite(0.0)?;

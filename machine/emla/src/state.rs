@@ -42,6 +42,8 @@ pub struct State {
     pub thermal: Thermal,
     /// Whether undervoltage has tripped the drive: gates off, brake applied.
     pub tripped: bool,
+    /// How long ago the brake was commanded, s, at most its closing time; 0 without command.
+    pub braked: f64,
 }
 
 /// Energy balance of the actuator: energies since the start, J, or their rates, W.

@@ -25,19 +25,39 @@ impl Emla {
         t: f64,
         h: f64,
     ) -> Result<State, StepError> {
-        let bad_step = StepError::BadStep { t, h };
         check_step(t, h)?;
         let u = &input(0.0);
         let switched;
         let mut begun = s;
-        if !u.enable || s.tripped || self.link_voltage(u) < self.electric.undervoltage {
+        let is_low = self.link_voltage(u) < self.electric.undervoltage;
+        if !u.enable || s.tripped || is_low || s.braked > 0.0 {
             switched = self.update_gates(s, u);
             begun = &switched;
         }
+        let wait = self.awaited_brake(begun, u);
+        if wait > 0.0 {
+            let attempt = |n: f64| self.attempt_to_brake(begun, &input, wait, h, n);
+            return self.repeated(s, u, [t, h], attempt);
+        }
+        self.repeated(s, u, [t, h], |n| {
+            self.attempt(begun, u, &input, h, n as u32)
+        })
+    }
+
+    /// The state after the first `attempt` at the step whose number of substeps is enough.
+    #[inline(always)]
+    fn repeated(
+        &self,
+        s: &State,
+        u: &Input,
+        [t, h]: [f64; 2],
+        attempt: impl Fn(f64) -> Result<State, TooCoarse>,
+    ) -> Result<State, StepError> {
+        let bad_step = StepError::BadStep { t, h };
         let mut n = self.substeps(h);
         let mut last = s.w_m;
         while n <= MAX_SUBSTEPS {
-            match self.attempt(begun, u, &input, h, n as u32) {
+            match attempt(n) {
                 Ok(mut next) => {
                     next.P_in_mean = (next.energy.supplied - s.energy.supplied) / h;
                     next.i_dc_mean = link_current(next.P_in_mean, self.link_voltage(u));
@@ -65,6 +85,32 @@ impl Emla {
     /// Number of substeps in a step of `h`, s, unless the motor is too fast for them.
     pub fn substeps(&self, h: f64) -> f64 {
         model_rules::substeps(h, self.dt_max)
+    }
+
+    /// The step in about `n` substeps while a commanded brake closes after `wait`, s.
+    #[cold]
+    #[inline(never)]
+    fn attempt_to_brake(
+        &self,
+        start: &State,
+        input: &impl Fn(f64) -> Input,
+        wait: f64,
+        h: f64,
+        n: f64,
+    ) -> Result<State, TooCoarse> {
+        let first = wait.min(h);
+        let part = |h_part: f64| (n * h_part / h).ceil().max(1.0) as u32;
+        let u = &input(0.0);
+        let mut before = self.attempt(start, u, input, first, part(first))?;
+        before.braked = self.braked_after(start, u, first);
+        if first == h {
+            return Ok(before);
+        }
+        let (rest, later) = (h - first, |s: f64| input(first + s));
+        let mut next = self.attempt(&before, &later(0.0), &later, rest, part(rest))?;
+        next.F_mean = (first * before.F_mean + rest * next.F_mean) / h;
+        next.lead = f64::from(self.delay) * h;
+        Ok(next)
     }
 
     /// The step in `n` substeps, without updating electrical means and temperatures. Heat, gates

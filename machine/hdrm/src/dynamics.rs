@@ -92,27 +92,38 @@ impl Hdrm {
                 let Stroke { x, prime, .. } = dynamics.strokes[i];
                 prime * (input.f[i] + self.stops[i].force(x, prime * w))
             } else {
-                self.wrist_torque(&dynamics.state, i - 3, input.tau_wrist[i - 3])
-                    + self.stops[i].force(zeta[i], w)
+                self.wrist_torque(&dynamics.state, i - 3, input) + self.stops[i].force(zeta[i], w)
             };
         }
         Q
     }
 
-    /// Torque of wrist drive i: an ideal source follows the command up to its limit; a drive as
-    /// built transmits the torque of its gear.
-    fn wrist_torque(&self, state: &State, i: usize, tau: f64) -> f64 {
-        match self.wrist {
-            None => saturate(tau, self.tau_wrist_max[i]),
-            Some(_) => state.wrist[i].transmitted,
+    /// Torque of wrist drive i: an ideal source follows the command up to its limit, and its brake
+    /// holds the joint; a drive as built transmits the torque of its gear.
+    fn wrist_torque(&self, state: &State, i: usize, input: &Input) -> f64 {
+        let drive = &state.wrist[i];
+        if self.wrist.is_some() {
+            return drive.transmitted;
+        }
+        let tau = self.wrist_command(input, i);
+        if !drive.holds {
+            return tau;
+        }
+        tau + self.anchors[i].torque(drive, [state.zeta[3 + i], state.zeta_dot[3 + i]])
+    }
+
+    /// Commanded torque of wrist drive i, up to its limit; 0 while it is off.
+    pub(crate) fn wrist_command(&self, input: &Input, i: usize) -> f64 {
+        match input.wrist_enable[i] {
+            true => saturate(input.tau_wrist[i], self.tau_wrist_max[i]),
+            false => 0.0,
         }
     }
 
-    /// Derivative of the wrist torque by its command: 1, or 0 in saturation and as built.
-    pub(crate) fn wrist_gain(&self, i: usize, tau: f64) -> f64 {
-        f64::from(u8::from(
-            self.wrist.is_none() && tau.abs() <= self.tau_wrist_max[i],
-        ))
+    /// Derivative of the wrist torque by its command: 1, or 0 in saturation, off and as built.
+    pub(crate) fn wrist_gain(&self, i: usize, input: &Input) -> f64 {
+        let follows = input.wrist_enable[i] && input.tau_wrist[i].abs() <= self.tau_wrist_max[i];
+        f64::from(u8::from(self.wrist.is_none() && follows))
     }
 
     /// Inverse dynamics: rod forces and wrist torques for the accelerations `zeta_ddot`, rad/s²,

@@ -22,6 +22,7 @@ pub use forces::contact::Contact;
 pub use forces::dry_friction::DryFriction;
 pub use forces::end_stop::EndStop;
 pub use forces::saturate::saturate;
+pub use forces::wrist_brake::WristBrake;
 pub use forces::wrist_drive::{Slips, WristDrive, WristState};
 pub use geometry::body::{BODIES, Body};
 pub use geometry::lift::Lift;

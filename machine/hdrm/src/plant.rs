@@ -1,6 +1,7 @@
 //! The plant's configuration, and the terms of its equations at one state, for steps and outputs.
 
 pub(crate) mod assembly;
+pub(crate) mod brakes;
 pub(crate) mod continuous;
 pub(crate) mod error;
 pub(crate) mod input;
@@ -16,6 +17,7 @@ use crate::dynamics::gravity::Gravity;
 use crate::forces::contact::Plane;
 use crate::forces::dry_friction::DryFriction;
 use crate::forces::end_stop::EndStop;
+use crate::forces::wrist_brake::{Anchor, WristBrake};
 use crate::forces::wrist_drive::WristDrive;
 use crate::geometry::body::Body;
 use crate::geometry::tree::{Stroke, Tree};
@@ -48,6 +50,9 @@ pub struct Hdrm {
     pub(crate) tau_wrist_max: [f64; 3],
     /// None: ideal torque sources.
     pub(crate) wrist: Option<WristDrive>,
+    pub(crate) brake: WristBrake,
+    /// How the brakes hold the joints of ideal drives.
+    pub(crate) anchors: [Anchor; 3],
     /// Of the strokes of slew, lift and tilt, then of the wrist angles.
     pub(crate) stops: [EndStop; DOF],
 }

@@ -353,7 +353,8 @@ fn rounding_of_the_step_adds_no_substep() {
     }
     assert_eq!(evaluations(1e-3 + 1e-9), evaluations(1e-3));
     assert_eq!(evaluations(1.0005e-3), evaluations(1e-3));
-    assert_eq!(evaluations(1.002e-3), 2 * evaluations(1e-3));
+    // Each step asks once more, for the brakes.
+    assert_eq!(evaluations(1.002e-3) - 1, 2 * (evaluations(1e-3) - 1));
 }
 
 #[test]

@@ -13,3 +13,4 @@ mod paper_angles;
 mod printed_forces;
 mod rates;
 mod seeded;
+mod wrist_brakes;

@@ -76,6 +76,7 @@ fn accelerations_and_the_bases_wrench_equal_the_lagrangian() {
                 base_tilt: case.tilt,
                 base_angular_velocity: case.angular_velocity,
                 base_angular_acceleration: case.angular_acceleration,
+                ..Input::default()
             };
             let zeta_ddot = hdrm.forward_dynamics(&state, &input);
             let wrench = hdrm.base_wrench(&state, &input);

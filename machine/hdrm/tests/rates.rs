@@ -29,11 +29,14 @@ fn a_short_step_follows_the_rates() {
     };
     let plant = Hdrm::new(&machine, &options).expect("valid");
     let zeta_dot = [0.2, -0.1, 0.15, 0.3, -0.2, 0.4];
-    let mut start = plant.start_state(State {
-        zeta,
-        zeta_dot,
-        ..State::default()
-    });
+    let mut start = plant.start_state(
+        State {
+            zeta,
+            zeta_dot,
+            ..State::default()
+        },
+        &Input::default(),
+    );
     for (i, drive) in start.wrist.iter_mut().enumerate() {
         let [torque, angle, _] = drive.moving();
         drive.set_moving([torque, angle + 2e-4, zeta_dot[3 + i] + 0.1]);

@@ -86,12 +86,18 @@ pub struct Emla {
 pub struct Brake {
     /// Torque up to which it holds and with which it slips, N·m.
     pub torque: f64,
+    /// Time from the command until its torque acts, s; left out: 0.
+    #[serde(default)]
+    pub closing_time: f64,
 }
 
 impl Brake {
     /// Of a motor of 37 N·m: 1.35 times its rated torque, which holds 110 kN at the rod of the
-    /// reference machine.
-    pub const TYPICAL: Self = Self { torque: 50.0 };
+    /// reference machine. It acts at once.
+    pub const TYPICAL: Self = Self {
+        torque: 50.0,
+        closing_time: 0.0,
+    };
 }
 
 /// Winding and housing as two bodies of one temperature each.
@@ -229,7 +235,7 @@ impl Emla {
             examine! { found, "emla.inverter" of inverter; not_negative: v_dc f_sw k_sw v_0 r_0; }
         }
         if let Some(brake) = self.brake {
-            examine! { found, "emla.brake" of brake; not_negative: torque; }
+            examine! { found, "emla.brake" of brake; not_negative: torque closing_time; }
         }
         if let Some(heat) = self.heat {
             examine! { found, "emla.heat" of heat; positive: C_w R_wh C_h R_ha; }

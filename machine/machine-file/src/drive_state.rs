@@ -41,6 +41,21 @@ pub enum BrakeState {
 }
 
 impl Brake {
+    /// How long its torque is still awaited, s, if it was commanded `since` s ago.
+    pub fn delay(&self, since: f64) -> f64 {
+        (self.closing_time - since).max(0.0)
+    }
+
+    /// How long ago it was commanded, s, after a further `h` s under the command; no more than its
+    /// closing time, which is reached exactly.
+    #[must_use]
+    pub fn since(&self, since: f64, h: f64) -> f64 {
+        match h < self.delay(since) {
+            true => since + h,
+            false => self.closing_time,
+        }
+    }
+
     /// State of the applied brake on a shaft with speed `w_m`, rad/s: it holds a shaft at rest as
     /// long as the sum of all other torques, N·m, is within its own, and otherwise slips, against
     /// the motion or against the torque that breaks it loose.
@@ -95,7 +110,10 @@ mod tests {
 
     #[test]
     fn a_brake_holds_a_shaft_at_rest_and_slips_against_what_moves_it() {
-        let brake = Brake { torque: 40.0 };
+        let brake = Brake {
+            torque: 40.0,
+            closing_time: 0.0,
+        };
         assert_eq!(brake.applied(0.0, || -39.0), BrakeState::Holds);
         assert_eq!(brake.applied(0.0, || -41.0), BrakeState::Slips(-40.0));
         assert_eq!(brake.applied(-1e-9, || 7.0), BrakeState::Slips(-40.0));

@@ -7,7 +7,7 @@ impl Rig {
     /// The state that delivers `F_hold` at rod position `x`, in steady motion at `x_dot` (at rest
     /// all friction is zero), with these temperatures of winding and housing, K. The inverter
     /// already holds the steady-state voltage; a drive that starts disabled or below its
-    /// undervoltage carries no current.
+    /// undervoltage carries no current; a brake that is applied at the start acts.
     pub fn start(&self, u: &Input, T: [f64; 2]) -> Result<State, StepError> {
         let (p, travel) = (&self.p, self.travel());
         let w_m = u.x_dot / travel;
@@ -42,6 +42,7 @@ impl Rig {
             energy: Balance::default(),
             ..self.update_gates(&state, u)
         };
+        state.braked = self.braked_after(&state, u, f64::INFINITY);
         let now = self.instant(&state, u, &self.conditions(&state, u));
         let supplied = now.supplied(state.current());
         state.i_dc_mean = machine_file::link_current(supplied, self.link_voltage(u));

@@ -42,6 +42,8 @@ pub struct State {
     pub shift: f64,
     /// Whether undervoltage has tripped the drive: gates off, brake applied.
     pub tripped: bool,
+    /// How long ago the brake was commanded, s, at most its closing time; 0 without command.
+    pub braked: f64,
 }
 
 /// Voltages of the inverter, V, in stator coordinates.

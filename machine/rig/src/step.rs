@@ -5,7 +5,7 @@
 //! bristles held; the other half of the bristles. Its error is of second order in the substep and
 //! only where bristles bend, of fourth order elsewhere. So bristles that relax in a tenth of a
 //! millisecond (70 mm/s) or less set no limit to the substep. Substeps end where a switching period
-//! ends.
+//! ends or a brake closes.
 
 use crate::conditions::Conditions;
 use crate::state::Rates;
@@ -88,6 +88,9 @@ impl Rig {
         let mut done = 0.0;
         while h - done > SLACK * dt_max.min(h) {
             let mut span = h - done;
+            if let Some(wait) = self.awaited_brake(&s, u).filter(|wait| *wait > 0.0) {
+                span = span.min(wait);
+            }
             if let Some(T) = self.switching_period().filter(|_| gates) {
                 if s.hold.left <= SLACK * dt_max.min(T) {
                     let requested = self.requested_voltage(&mut s, u, T);
@@ -96,6 +99,7 @@ impl Rig {
                 span = span.min(s.hold.left);
                 s.hold.left -= span;
             }
+            let braked = self.braked_after(&s, u, span);
             let n = substeps(span, dt_max);
             let dt = span / n;
             for k in 0..n as u32 {
@@ -105,6 +109,7 @@ impl Rig {
                     return Err(TooCoarse);
                 }
             }
+            s.braked = braked;
             done += span;
         }
         s.F_mean /= h;

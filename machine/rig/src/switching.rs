@@ -3,7 +3,7 @@
 use crate::conditions::Conditions;
 use crate::rig::Rig;
 use crate::state::{HeldVoltages, State};
-use machine_file::{ActuatorInput as Input, BrakeState, DEAD_LINK, is_tripped};
+use machine_file::{ActuatorInput as Input, Brake, BrakeState, DEAD_LINK, is_tripped};
 
 impl Rig {
     /// The conditions in state `s` under the inputs `u`.
@@ -12,10 +12,27 @@ impl Rig {
             gates: u.enable && !s.tripped,
             brake: BrakeState::Released,
         };
-        if u.brake || s.tripped {
+        if self.awaited_brake(s, u) == Some(0.0) {
             held.brake = self.braking(s, u, held.gates);
         }
         held
+    }
+
+    fn brake(&self) -> Brake {
+        self.p.brake.unwrap_or(Brake::TYPICAL)
+    }
+
+    /// Time until a commanded brake acts, s; 0 while it acts.
+    pub(crate) fn awaited_brake(&self, s: &State, u: &Input) -> Option<f64> {
+        (u.brake || s.tripped).then(|| self.brake().delay(s.braked))
+    }
+
+    /// How long ago the brake was commanded after a further `h` s.
+    pub(crate) fn braked_after(&self, s: &State, u: &Input, h: f64) -> f64 {
+        match u.brake || s.tripped {
+            true => self.brake().since(s.braked, h),
+            false => 0.0,
+        }
     }
 
     #[cold]
@@ -24,11 +41,12 @@ impl Rig {
             gates,
             brake: BrakeState::Released,
         };
-        let brake = self.p.brake.unwrap_or(machine_file::Brake::TYPICAL);
-        brake.applied(s.w_m, || self.instant(s, u, &free).shaft.torque_left)
+        self.brake()
+            .applied(s.w_m, || self.instant(s, u, &free).shaft.torque_left)
     }
 
-    /// The state at the start of a step: updates the undervoltage trip, and sets currents and held
+    /// The state at the start of a step: updates the undervoltage trip and how long the brake has been
+    /// commanded, and sets currents and held
     /// voltages to 0 if the gates are off.
     ///
     /// When the gates turn off, the diodes return the currents to the DC link within `L·i/v_dc`,
@@ -42,6 +60,7 @@ impl Rig {
             u.enable,
             self.link_voltage(u) < self.undervoltage,
         );
+        next.braked = self.braked_after(&next, u, 0.0);
         if u.enable && !next.tripped {
             return next;
         }

@@ -256,3 +256,44 @@ fn the_current_loop_follows_the_required_current() {
         assert_eq!((off.i_q, off.regulator), (0.0, [0.0; 2]));
     }
 }
+
+/// A brake that takes 20 ms to close stops the falling boom as one that acts at once and is commanded
+/// 20 ms later, to the last bit; and within a step, at 20.5 ms, between the two of 20 and 21 ms.
+#[test]
+fn a_brake_acts_after_its_closing_time() {
+    let closing = |closing_time: f64| {
+        let mut p = machine_file::Machine::reference().emla.lift;
+        p.M_act = 12e3;
+        p.brake = Some(machine_file::Brake {
+            closing_time,
+            ..machine_file::Brake::TYPICAL
+        });
+        Rig::new(p, Extras::AS_BUILT, Drive::Force).expect("valid")
+    };
+    let (at_once, slow) = (closing(0.0), closing(0.02));
+    let (s, u) = start(&at_once, 0.0);
+    let off = Input { enable: false, ..u };
+    let braked = Input { brake: true, ..off };
+    let falling = run(&at_once, s, &off, 40);
+    let later = |steps: u32| {
+        run(
+            &at_once,
+            run(&at_once, falling, &off, steps),
+            &braked,
+            60 - steps,
+        )
+    };
+    let found = run(&slow, falling, &braked, 60);
+    assert_eq!(found.theta_m, later(20).theta_m);
+    assert_ne!(found.theta_m, later(19).theta_m);
+    let between = run(&closing(0.0205), falling, &braked, 60).theta_m;
+    let ends = [later(20).theta_m, later(21).theta_m];
+    assert!(
+        ends[1] < between && between < ends[0],
+        "{between} in {ends:?}"
+    );
+    // Released and commanded again it takes its time anew.
+    let again = run(&slow, run(&slow, falling, &braked, 15), &off, 1);
+    let again = run(&slow, again, &braked, 10);
+    assert_eq!(again.theta_m, run(&at_once, falling, &off, 26).theta_m);
+}

@@ -5,7 +5,7 @@ mod estimate;
 mod payload;
 
 pub(crate) use estimate::{Bounds, Estimate, adaptation_direction};
-pub(crate) use payload::{PayloadShare, WristInertia};
+pub(crate) use payload::{HookModel, HookReadings, Weighing};
 
 use crate::error::ControllerError;
 use hdrm::{BODIES, Body};
@@ -27,8 +27,7 @@ pub(crate) struct Bodies {
     /// Known load of the end-effector in addition to the payload.
     load: Load,
     payload: Inertia,
-    /// Share of the payload that weighing has found.
-    share: PayloadShare,
+    weighing: Weighing,
 }
 
 impl Bodies {
@@ -49,7 +48,7 @@ impl Bodies {
         let bounds: [Bounds; Body::COUNT] = bounds.try_into().expect("one per body");
         Ok(Self {
             payload: nominal[Body::PL as usize],
-            share: PayloadShare::default(),
+            weighing: Weighing::default(),
             estimates: std::array::from_fn(|k| bounds[k].nominal(nominal[k])),
             nominal,
             bounds,
@@ -62,17 +61,21 @@ impl Bodies {
         &self.payload
     }
 
-    /// Weighs the payload with `torque`, N·m, and `rate`, rad/s, of the second wrist joint over `h`
-    /// s; `inertia` is that of the wrist's own bodies and of the nominal payload. Scales nominal
-    /// inertia, estimate and bounds of the payload to the share found.
-    pub(crate) fn weigh(&mut self, torque: f64, rate: f64, inertia: &WristInertia, h: f64) {
+    /// Weighs the payload with what is `felt` of the hook over `h` s; returns whether the hook is
+    /// empty. Where that changes, nominal inertia, estimate and bounds of the payload are scaled to
+    /// the share found, and all estimates, which learnt with the other share, begin anew.
+    pub(crate) fn weigh(&mut self, felt: &HookReadings, hook: &HookModel, h: f64) -> bool {
         const PL: usize = Body::PL as usize;
-        let payload = self.payload * self.share.advance(torque, rate, inertia, h);
-        if let Some(bounds) = Bounds::around(&payload, self.inverse_bounds) {
+        let before = self.weighing.is_empty();
+        let share = self.weighing.advance(felt, hook, h);
+        let payload = self.payload * share;
+        let bounds = Bounds::around(&payload, self.inverse_bounds);
+        if let (Some(bounds), true) = (bounds, self.weighing.is_empty() != before) {
             self.nominal[PL] = payload;
-            self.estimates[PL] = bounds.nominal(payload);
             self.bounds[PL] = bounds;
+            self.estimates = std::array::from_fn(|k| self.bounds[k].nominal(self.nominal[k]));
         }
+        self.weighing.is_empty()
     }
 
     pub(crate) fn load(&self) -> &Load {

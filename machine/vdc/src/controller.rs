@@ -12,7 +12,7 @@ use crate::law::{self, Instant, Rod};
 use crate::measured::{JointObserver, Sampling, Timing};
 use crate::nominal::Nominal;
 use crate::proof;
-use crate::reference::{Motion, Reference, Target, Trajectory};
+use crate::reference::{Motion, Reference, Standstill, Target, Trajectory, at_any_pose};
 use crate::settings::{Level, Settings};
 use crate::signals::Input;
 use crate::state::State;
@@ -24,6 +24,7 @@ use hdrm::{DOF, Tip, saturate};
 use machine_file::{Controller as Gains, Machine};
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
 use tip_path::Load;
 
 /// The controller and its state.
@@ -58,6 +59,7 @@ impl Controller {
                 joints: JointObserver::default(),
                 sampling: Sampling::default(),
                 motion: Motion::rest(&input.zeta),
+                standstill: Standstill::default(),
                 integral: Vector6::zeros(),
                 law_integral: [0.0; DOF],
                 bodies: Bodies::new(machine, settings.gains.inverse_bounds)?,
@@ -106,7 +108,7 @@ impl Controller {
         input: &Input,
     ) -> Result<Evaluation, ControllerError> {
         let Self { nominal, state, .. } = self;
-        let settings = &*state.supervisor.effective_settings(settings);
+        let settings = &*self.effective_settings(settings);
         let held = state.sampling.held.as_ref();
         let observed = state
             .joints
@@ -124,7 +126,7 @@ impl Controller {
         now.fill_outputs(input);
         let t = state.motion_time(settings.gains.settle_time);
         now.output.motion_end = self.motion_end(settings);
-        now.set_gates_and_brakes(state.supervisor.stage());
+        now.set_gates_and_brakes(&state.supervisor, input);
         now.output.load = self.reference.load(t).unwrap_or_default();
         proof::fill(&mut now, nominal, state, settings, input);
         match now.output.not_finite() {
@@ -135,6 +137,23 @@ impl Controller {
             }),
             None => Ok(now),
         }
+    }
+
+    /// `settings` with the gains that apply: lower at rest, under commanded rates, and by the
+    /// supervisor.
+    fn effective_settings<'a>(&self, settings: &'a Settings) -> Cow<'a, Settings> {
+        let watched = self.state.supervisor.effective_settings(settings);
+        let share = match self.reference.rates() {
+            _ if settings.level == Level::Actuator => 0.0,
+            Some(_) => 1.0,
+            None => self.state.standstill.share(),
+        };
+        if share == 0.0 {
+            return watched;
+        }
+        let mut resting = watched.into_owned();
+        at_any_pose(&mut resting.gains, share);
+        Cow::Owned(resting)
     }
 
     /// The law of the whole machine: from the reference of the tip, or of the joints, to the
@@ -195,10 +214,12 @@ impl Controller {
         let weighs = state.t - state.t_start < settings.weighing_time;
         let bodies = &state.bodies;
         let weighing = weighs.then(|| {
-            law::wrist_inertia(
+            let payload = bodies.payload();
+            law::hook_model(
                 &configuration,
                 &bodies.nominal,
-                bodies.payload(),
+                payload,
+                &ground,
                 nominal.gravity,
             )
         });
@@ -207,6 +228,7 @@ impl Controller {
             desired: target.tip,
             rotation_error: tracking.rotation_error,
             tip: tip.position,
+            zeta_dot_r: required.zeta_dot.into(),
             zeta_ddot_r: required.zeta_ddot.into(),
             strokes: configuration.strokes,
             motions,

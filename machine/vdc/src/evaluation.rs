@@ -1,16 +1,19 @@
 //! Result of one evaluation of the control law at one instant, from measurements to commands: the
 //! FMU takes its outputs, `controller::step` advances the state with it, and `warnings` reads it.
 
-use crate::bodies::WristInertia;
+use crate::bodies::HookModel;
 use crate::drive::{Command, RodDemand};
 use crate::law::BodyMotion;
 use crate::measured::Plan;
 use crate::reference::DesiredMotion;
 use crate::signals::{Input, Output};
-use crate::supervisor::Stage;
+use crate::supervisor::{Plausibility, Stage, Supervisor};
 use crate::tracking::Errors;
-use hdrm::{Body, DOF, Stroke};
+use hdrm::{Body, DOF, Stroke, saturate};
 use nalgebra::Vector3;
+
+/// Largest voltage that is passed on, V: what the drives' inputs take. A wrong speed asks for more.
+const VOLTAGE_MAX: f64 = 1e4;
 
 /// Result of one evaluation of the control law. The forces `F` enter the virtual power flows only.
 #[derive(Clone, Copy, Debug, Default)]
@@ -41,9 +44,10 @@ pub(crate) struct MachineLevel {
     pub(crate) rotation_error: Vector3<f64>,
     /// Position of the tip, m.
     pub(crate) tip: Vector3<f64>,
-    /// Inertia at the wrist, while the payload is weighed.
-    pub(crate) weighing: Option<WristInertia>,
-    /// Required joint accelerations, rad/s².
+    /// What is expected of the hook, while the payload is weighed.
+    pub(crate) weighing: Option<HookModel>,
+    /// Required joint rates, rad/s, and accelerations, rad/s².
+    pub(crate) zeta_dot_r: [f64; DOF],
     pub(crate) zeta_ddot_r: [f64; DOF],
     pub(crate) strokes: [Stroke; 3],
     pub(crate) motions: [BodyMotion; Body::COUNT],
@@ -78,8 +82,8 @@ impl Evaluation {
     pub(crate) fn fill_outputs(&mut self, input: &Input) {
         let (demands, commands, output) = (&self.demands, &self.commands, &mut self.output);
         self.rate_error = std::array::from_fn(|i| demands[i].motion.x_r_dot - input.x_dot[i]);
-        output.v_d = commands.map(|c| c.v_d);
-        output.v_q = commands.map(|c| c.v_q);
+        output.v_d = commands.map(|c| saturate(c.v_d, VOLTAGE_MAX));
+        output.v_q = commands.map(|c| saturate(c.v_q, VOLTAGE_MAX));
         output.i_q_required = commands.map(|c| c.i_qr);
         output.f_required = demands.map(|d| d.f_r);
         output.x_dot_required = demands.map(|d| d.motion.x_r_dot);
@@ -102,17 +106,46 @@ impl Evaluation {
         self.commands.iter().any(drive) || wrist.any(|(tau, max)| tau.abs() >= *max)
     }
 
-    /// Sets the outputs for gates and brakes according to the supervisor's stage.
-    pub(crate) fn set_gates_and_brakes(&mut self, stage: Stage) {
-        self.output.supervisor_state = stage as i32 + 1;
-        self.output.enable = [stage != Stage::Stopped; 3];
-        self.output.brake = [stage >= Stage::Braking; 3];
+    /// Sets the outputs of the supervisor, and those for gates and brakes that follow from its
+    /// stage; without supply the rods are off and braked, too.
+    pub(crate) fn set_gates_and_brakes(&mut self, supervisor: &Supervisor, input: &Input) {
+        let (stage, output) = (supervisor.stage(), &mut self.output);
+        output.supervisor_state = stage as i32 + 1;
+        output.supervisor_cause = supervisor.cause() as i32 + 1;
+        let braked = stage >= Stage::Braking;
+        let [a, b, c, wrist @ ..] = supervisor.gates();
+        output.enable = [a, b, c].map(|on| on && !input.supply_missing);
+        output.brake = [braked || input.supply_missing; 3];
+        if let (Some(currents), true) = (supervisor.holding_currents(), self.current_loop) {
+            output.i_q_required = currents;
+        }
+        (output.wrist_enable, output.wrist_brake) = (wrist, [braked; 3]);
     }
 
     /// Errors of force, N, and velocity, m/s, of each rod for the measured forces `F`, N.
     pub(crate) fn rod_errors(&self, F: &[f64; 3]) -> [[f64; 2]; 3] {
         let F = self.F.as_ref().unwrap_or(F);
         std::array::from_fn(|i| [self.demands[i].f_r - F[i], self.rate_error[i]])
+    }
+
+    /// Whether the payload is being weighed.
+    pub(crate) fn weighs(&self) -> bool {
+        let machine = self.machine.as_ref();
+        machine.is_some_and(|machine| machine.weighing.is_some())
+    }
+
+    /// What measurements are compared with, where the reference `waits` for a joint or does not; None
+    /// at [`crate::Level::Actuator`].
+    pub(crate) fn plausibility(&self, waits: bool) -> Option<Plausibility> {
+        let machine = self.machine.as_ref()?;
+        Some(Plausibility {
+            waits,
+            tip_error: self.output.tip_error,
+            orientation_error: self.output.orientation_error_norm,
+            primes: machine.strokes.map(|stroke| stroke.prime),
+            zeta_dot_r: machine.zeta_dot_r,
+            i_q_required: self.output.i_q_required,
+        })
     }
 
     /// Voltages and accelerations of these commands, for the prediction.

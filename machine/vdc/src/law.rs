@@ -10,12 +10,14 @@ mod decomposition;
 mod model_based;
 mod observer;
 mod pd;
+mod reference_bounds;
 mod sliding;
 
 pub(crate) use control_law::{Instant, Rod};
 pub(crate) use decomposition::{
-    BodyMotion, WEIGHING_JOINT, ground, motions, own_inertia, velocity_errors, wrist_inertia,
+    BodyMotion, ground, hook_model, motions, own_inertia, velocity_errors,
 };
+pub(crate) use reference_bounds::reference_bounds;
 
 use cascade::Cascade;
 use control_law::ControlLaw;

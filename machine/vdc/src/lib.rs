@@ -40,6 +40,6 @@ pub use nominal::tip_pose;
 pub use reference::{CommandHolds, RateCommand, RateLimits, Trajectory};
 pub use settings::{Derating, Level, Settings};
 pub use signals::{Input, Output};
-pub use supervisor::Stage;
+pub use supervisor::{Cause, Stage};
 pub use tip_path::Load;
 pub use warnings::{ReportedWarnings, Warning};

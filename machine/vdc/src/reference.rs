@@ -11,13 +11,15 @@ mod file;
 mod motion;
 mod rate_limits;
 mod rates;
+mod standstill;
 
 pub(crate) use desired::DesiredMotion;
 pub(crate) use external::turn_orientation;
 pub use motion::CommandHolds;
 pub(crate) use motion::Motion;
 pub use rate_limits::{RateCommand, RateLimits};
-pub(crate) use rates::Rates;
+pub(crate) use rates::{Rates, ReferenceBounds, Room, at_any_pose, feedback_at_rest};
+pub(crate) use standstill::Standstill;
 
 use crate::error::ControllerError;
 use crate::nominal::{Nominal, orientation};

@@ -59,6 +59,14 @@ pub struct Input {
     pub rate_joint: [f64; DOF],
     /// Commanded velocity (m/s) and angular velocity (rad/s) of the tip in the world.
     pub rate_tip: [f64; DOF],
+    /// Whether a drive has tripped.
+    pub tripped: [bool; 3],
+    /// Motor angles, rad; None: not known.
+    pub theta_m: Option<[f64; 3]>,
+    /// A rising edge makes a stopped machine ready again.
+    pub reset: bool,
+    /// Whether the drives' supply is not ready: gates off, brakes applied.
+    pub supply_missing: bool,
 }
 
 /// Outputs: commands, and quantities that led to them.
@@ -114,6 +122,12 @@ pub struct Output {
     pub enable: [bool; 3],
     /// Command for the holding brakes: whether they are applied.
     pub brake: [bool; 3],
+    /// Why the supervisor acts: number of the [`crate::Cause`], from 1.
+    pub supervisor_cause: i32,
+    /// Command for the wrist's drives: whether they give torque.
+    pub wrist_enable: [bool; 3],
+    /// Command for the wrist's brakes: whether they are applied.
+    pub wrist_brake: [bool; 3],
 }
 
 impl Output {

@@ -3,7 +3,7 @@
 use crate::bodies::Bodies;
 use crate::drive::DriveState;
 use crate::measured::{JointObserver, Sampling};
-use crate::reference::Motion;
+use crate::reference::{Motion, Standstill};
 use crate::supervisor::Supervisor;
 use hdrm::DOF;
 use nalgebra::Vector6;
@@ -19,6 +19,7 @@ pub(crate) struct State {
     pub(crate) sampling: Sampling,
     /// The joints' reference under commanded rates; otherwise the start pose.
     pub(crate) motion: Motion,
+    pub(crate) standstill: Standstill,
     /// Integral part z of the tracking error, in the order of [`crate::tracking::Errors`].
     pub(crate) integral: Vector6<f64>,
     /// Integral of the control law for each joint.

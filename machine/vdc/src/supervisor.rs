@@ -8,22 +8,28 @@
 //! never left backwards: the oscillation would return.
 //!
 //! If the force of a rod stays at its limit and above its rating, the load is too heavy, and the
-//! brakes are applied at once.
+//! brakes are applied at once, as they are when a drive has tripped. A stopped machine becomes ready
+//! again by a reset: gates on, brakes released, held where it stands.
 
+mod cause;
+mod monitors;
+mod swing;
+
+pub use cause::Cause;
+pub(crate) use monitors::Plausibility;
+
+use crate::nominal::Nominal;
 use crate::reference::Motion;
 use crate::settings::Settings;
 use crate::signals::Input;
 use hdrm::DOF;
 use machine_file::Controller as Gains;
+use monitors::Monitors;
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 use std::borrow::Cow;
-use std::f64::consts::TAU;
+use swing::{MEAN, Swing};
 
-/// Band in which oscillations are detected, Hz: the boom's mode is between 3 and 9 Hz.
-const BAND: [f64; 2] = [2.0, 20.0];
-/// Time constant of the mean squares, s: two periods of the slowest mode.
-const MEAN: f64 = 0.3;
 /// Upper threshold of the oscillation power over rated force times rated speed: 25 W on the
 /// reference machine, where normal operation has up to 13 W and oscillation 35 W and more.
 const UPPER: f64 = 5e-3;
@@ -57,8 +63,23 @@ pub enum Stage {
     Stopping,
     /// The brakes are applied, the gates still on.
     Braking,
-    /// The brakes hold the rods, the gates are off; the wrist is held where it was.
+    /// The brakes hold rods and wrist, the gates are off.
     Stopped,
+}
+
+/// What the supervisor is told in a step.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Observed {
+    /// Errors of force, N, and velocity, m/s, of each rod.
+    pub(crate) errors: [[f64; 2]; 3],
+    /// Whether the force of a rod is at its limit and above its rating.
+    pub(crate) is_overloaded: bool,
+    /// A reason to apply the brakes at once.
+    pub(crate) alarm: Option<Cause>,
+    /// A rising edge makes a stopped machine ready again, unless there is an alarm or no supply.
+    pub(crate) reset: bool,
+    /// Whether the drives' supply is ready.
+    pub(crate) is_supplied: bool,
 }
 
 impl Stage {
@@ -84,32 +105,18 @@ pub(crate) struct Supervisor {
     errors: [[Swing; 2]; 3],
     /// Mean torques of the wrist joints, N·m; None before the first.
     wrist: Option<[f64; 3]>,
+    /// Mean required currents of the rods, A; None before the first.
+    currents: Option<[f64; 3]>,
     /// The joints' reference from [`Stage::Stopping`] on.
     motion: Motion,
-    /// Start time of the stop, s.
+    /// Start time of the stop, s; after a reset as long as the reference is to rest.
     stop: Option<f64>,
-}
-
-/// Mean square of a band-passed signal.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct Swing {
-    /// States of two high-passes and one low-pass; None before the first value.
-    passes: Option<[f64; 3]>,
-    square: f64,
-}
-
-impl Swing {
-    /// Adds the value `x`, which is held for `h` s.
-    fn add(&mut self, x: f64, h: f64) {
-        let share = |rate: f64| -libm::expm1(-h * rate);
-        let [low, high] = BAND.map(|f| share(TAU * f));
-        let [a, b, c] = self.passes.get_or_insert([x, 0.0, 0.0]);
-        *a += low * (x - *a);
-        let rest = x - *a;
-        *b += low * (rest - *b);
-        *c += high * (rest - *b - *c);
-        self.square += share(1.0 / MEAN) * (*c * *c - self.square);
-    }
+    cause: Cause,
+    /// The input `reset` of the step before.
+    reset: bool,
+    /// Whether the brakes are to be released after a reset.
+    releases: bool,
+    monitors: Monitors,
 }
 
 impl Supervisor {
@@ -125,12 +132,17 @@ impl Supervisor {
         self.stage
     }
 
+    /// Why it acts.
+    pub(crate) fn cause(&self) -> Cause {
+        self.cause
+    }
+
     /// Start time of the stop, s.
     pub(crate) fn stop(&self) -> Option<f64> {
         self.stop
     }
 
-    /// The joints' reference during and after the stop.
+    /// The joints' reference during and after the stop, and where they rest after a reset.
     pub(crate) fn motion(&self) -> Option<&Motion> {
         self.stop.map(|_| &self.motion)
     }
@@ -160,6 +172,11 @@ impl Supervisor {
         Cow::Owned(lowered)
     }
 
+    /// Forgets what swung so far, by gains for a payload that is not there.
+    pub(crate) fn forget_swings(&mut self) {
+        self.errors = Default::default();
+    }
+
     /// Oscillation power of each rod over its rating `[N, m/s]`.
     fn powers(&self, ratings: &[[f64; 2]; 3]) -> [f64; 3] {
         std::array::from_fn(|i| {
@@ -177,25 +194,26 @@ impl Supervisor {
             .fold((0, 0.0), |a, b| if b.1 > a.1 { b } else { a })
     }
 
-    /// Advances by `h` s from the time `t`, s, with these errors of force, N, and velocity, m/s, of
-    /// the rods. If a new stage begins, returns the ratio of the old to the new gains.
+    /// Advances by `h` s from the time `t`, s. If a new stage begins, returns the ratio of the old to
+    /// the new gains.
     pub(crate) fn advance(
         &mut self,
-        errors: &[[f64; 2]; 3],
-        is_overloaded: bool,
+        observed: &Observed,
         ratings: &[[f64; 2]; 3],
         t: f64,
         h: f64,
     ) -> Option<f64> {
-        if self.stop.is_some() {
+        let is_reset = observed.reset && !self.reset;
+        self.reset = observed.reset;
+        if self.stage >= Stage::Stopping {
             let left = (RAMP - (t - self.since)).max(0.0);
             self.motion.advance_to_rest(left, h);
         } else {
             let swings = self.errors.iter_mut().flatten();
-            for (swing, error) in swings.zip(errors.iter().flatten()) {
+            for (swing, error) in swings.zip(observed.errors.iter().flatten()) {
                 swing.add(*error, h);
             }
-            self.overloaded = if is_overloaded {
+            self.overloaded = if observed.is_overloaded {
                 self.overloaded + h
             } else {
                 0.0
@@ -206,10 +224,17 @@ impl Supervisor {
         let hurry = if power > 4.0 * UPPER { 0.25 } else { 1.0 };
         let elapsed = t + h - self.since;
         let waited = |time: f64| elapsed >= time * (1.0 - 1e-9);
+        let is_overloaded = (self.overloaded > OVERLOADED).then_some(Cause::Overload);
+        let alarm = observed.alarm.or(is_overloaded);
+        let is_ready = observed.is_supplied && observed.alarm.is_none();
         let next = match self.stage {
-            Stage::Watching | Stage::Frozen | Stage::Lowered if self.overloaded > OVERLOADED => {
+            Stage::Watching | Stage::Frozen | Stage::Lowered | Stage::Stopping
+                if alarm.is_some() =>
+            {
                 Stage::Braking
             }
+            Stage::Stopped if is_reset && is_ready => Stage::Braking,
+            Stage::Braking if self.releases && is_ready && waited(CLOSING) => Stage::Watching,
             Stage::Watching if self.swings => Stage::Frozen,
             Stage::Frozen if self.swings && waited(hurry * PATIENCE[0]) => Stage::Lowered,
             Stage::Lowered if self.swings && waited(hurry * PATIENCE[1]) => Stage::Stopping,
@@ -218,16 +243,64 @@ impl Supervisor {
             _ => return None,
         };
         let fall = self.stage.gains() / next.gains();
+        self.cause = match next {
+            Stage::Watching => Cause::None,
+            Stage::Braking if self.stage == Stage::Stopped => Cause::None,
+            Stage::Braking => alarm.unwrap_or(self.cause),
+            Stage::Frozen => Cause::Swinging,
+            _ => self.cause,
+        };
+        self.releases = self.stage == Stage::Stopped;
         (self.stage, self.since) = (next, t + h);
         Some(fall)
     }
 
-    /// Averages the wrist torques, N·m, over `h` s; the mean holds a payload of any mass.
-    pub(crate) fn average_wrist_torques(&mut self, torques: &[f64; 3], h: f64) {
-        let mean = self.wrist.get_or_insert(*torques);
-        for (mean, torque) in mean.iter_mut().zip(torques) {
-            *mean -= libm::expm1(-h / MEAN) * (torque - *mean);
+    /// Which gates of rods and wrist stay on while the brakes close: not those of drives that do not
+    /// do what they are told.
+    pub(crate) fn gates(&self) -> [bool; 2 * 3] {
+        match self.stage {
+            Stage::Stopped => [false; 6],
+            Stage::Braking => self.monitors.erring.map(|errs| !errs),
+            _ => [true; 6],
         }
+    }
+
+    /// Advances the monitors by `h` s with the measurements `input` and what belongs to them, `now`,
+    /// unless the machine is braked, also for want of supply; the first cause for alarm.
+    pub(crate) fn monitor(
+        &mut self,
+        now: &Plausibility,
+        nominal: &Nominal,
+        settings: &Settings,
+        input: &Input,
+        h: f64,
+    ) -> Option<Cause> {
+        if self.stage < Stage::Braking && !input.supply_missing {
+            return self.monitors.advance(now, nominal, settings, input, h);
+        }
+        if self.stage == Stage::Stopped {
+            self.monitors = Monitors::default();
+        }
+        None
+    }
+
+    /// Averages the torques of the wrist, N·m, and the rods' currents, A, over `h` s; their means hold
+    /// a payload of any mass.
+    pub(crate) fn average_commands(&mut self, torques: &[f64; 3], currents: &[f64; 3], h: f64) {
+        let share = -libm::expm1(-h / MEAN);
+        for (means, values) in [(&mut self.wrist, torques), (&mut self.currents, currents)] {
+            let means = means.get_or_insert(*values);
+            for (mean, value) in means.iter_mut().zip(values) {
+                *mean += share * (value - *mean);
+            }
+        }
+    }
+
+    /// Currents that hold the rods while their brakes close, A, whatever sensors say; None unless
+    /// they close for a stop.
+    pub(crate) fn holding_currents(&self) -> Option<[f64; 3]> {
+        let is_closing = self.stage == Stage::Braking && !self.releases;
+        is_closing.then_some(self.currents).flatten()
     }
 
     /// Torque that holds wrist joint `j`, counted from 0, after the stop, N·m. `inertia` I is that
@@ -266,183 +339,23 @@ impl Supervisor {
             ..Motion::default()
         };
     }
+
+    /// Rests at the angles `zeta`, rad, after a reset, and measures oscillations anew.
+    pub(crate) fn stand_at(&mut self, zeta: &[f64; DOF]) {
+        *self = Self {
+            motion: Motion::rest(zeta),
+            errors: Default::default(),
+            swings: false,
+            overloaded: 0.0,
+            ..*self
+        };
+    }
+
+    /// Follows the reference again, which begins where the machine stands.
+    pub(crate) fn follow_reference(&mut self) {
+        self.stop = None;
+    }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use machine_file::Machine;
-
-    const H: f64 = 1e-3;
-    const RATINGS: [[f64; 2]; 3] = [[70e3, 0.07]; 3];
-
-    /// Root mean square of what passes of a sine of amplitude 1 at `f` Hz.
-    fn passed(f: f64) -> f64 {
-        let mut swing = Swing::default();
-        for k in 0..10_000 {
-            swing.add((TAU * f * H * f64::from(k)).sin(), H);
-        }
-        swing.square.sqrt()
-    }
-
-    /// Closed form of two high-passes and a low-pass of first order; tolerance: half the
-    /// ripple of the mean square, 1/(2·2π·f·0.3 s) of it, and 1 % for half a sample's phase.
-    #[test]
-    fn what_swings_is_what_lies_in_the_band() {
-        for f in [3.0, 5.6, 9.0] {
-            let [low, high] = BAND;
-            let gain = f * f / (f * f + low * low) / (1.0 + (f / high).powi(2)).sqrt();
-            let expected = gain / 2.0_f64.sqrt();
-            let found = passed(f);
-            assert!(
-                (found / expected - 1.0).abs() < 0.5 / (2.0 * TAU * f * MEAN) + 0.01,
-                "{f} Hz: {found}, {expected}"
-            );
-        }
-        assert!(passed(0.3) < 0.03, "{}", passed(0.3));
-    }
-
-    /// Advances for `seconds` with errors of force and velocity whose amplitudes have the power
-    /// `share` of the rated one; what began, and when.
-    fn run(watch: &mut Supervisor, from: f64, seconds: f64, share: f64) -> Vec<(Stage, f64)> {
-        let mut begun = Vec::new();
-        // Of 5.6 Hz passes 0.855, twice; a product of amplitudes is twice that of its roots.
-        let size = (2.0 * share).sqrt() / 0.855;
-        for k in 0..(seconds / H) as u32 {
-            let t = from + H * f64::from(k);
-            let wave = size * (TAU * 5.6 * t).sin();
-            let errors = [[0.0; 2], RATINGS[1].map(|rated| wave * rated), [0.0; 2]];
-            if watch.advance(&errors, false, &RATINGS, t, H).is_some() {
-                begun.push((watch.stage(), t + H));
-            }
-        }
-        begun
-    }
-
-    /// An action after the other, each after the time that the one before was given; the stop along
-    /// the ramp and the closing of the brakes take their own times.
-    #[test]
-    fn what_goes_on_swinging_is_stopped_step_by_step() {
-        let mut watch = Supervisor::new(true);
-        let begun = run(&mut watch, 0.0, 8.0, 2.0 * UPPER);
-        let stages: Vec<Stage> = begun.iter().map(|(stage, _)| *stage).collect();
-        let expected = [
-            Stage::Frozen,
-            Stage::Lowered,
-            Stage::Stopping,
-            Stage::Braking,
-            Stage::Stopped,
-        ];
-        assert_eq!(stages, expected);
-        for (k, time) in [PATIENCE[0], PATIENCE[1], RAMP, CLOSING]
-            .into_iter()
-            .enumerate()
-        {
-            let waited = begun[k + 1].1 - begun[k].1;
-            assert!(
-                (waited - time).abs() < 1.5 * H,
-                "{stages:?} {k}: {waited} s"
-            );
-        }
-        // The more it swings, the faster.
-        let begun = run(&mut Supervisor::new(true), 0.0, 2.0, 20.0 * UPPER);
-        let waited = begun[1].1 - begun[0].1;
-        assert!((waited - 0.25 * PATIENCE[0]).abs() < 1.5 * H, "{waited} s");
-    }
-
-    #[test]
-    fn what_no_longer_swings_is_left_as_it_is() {
-        let mut watch = Supervisor::new(true);
-        assert_eq!(run(&mut watch, 0.0, 5.0, 0.8 * UPPER), []);
-        assert_eq!(watch.stage(), Stage::Watching);
-        let mut t = 0.0;
-        while watch.stage() == Stage::Watching {
-            run(&mut watch, t, 0.1, 2.0 * UPPER);
-            t += 0.1;
-        }
-        // Between both thresholds it still swings, below the lower one no longer.
-        let mut other = watch;
-        assert_eq!(run(&mut watch, t, 9.0, 0.3 * LOWER), []);
-        assert_eq!(watch.stage(), Stage::Frozen);
-        assert_eq!(run(&mut other, t, 9.0, 0.8 * UPPER).len(), 4);
-        let mut off = Supervisor::new(false);
-        assert_eq!(run(&mut off, 0.0, 5.0, 50.0 * UPPER), []);
-    }
-
-    /// A rod that keeps its largest force is braked at once, however steady it is.
-    #[test]
-    fn a_load_beyond_the_machine_is_braked() {
-        let mut watch = Supervisor::new(true);
-        let mut steps = 0;
-        while watch.stage() == Stage::Watching {
-            watch.advance(&[[7e3, 0.0]; 3], true, &RATINGS, H * f64::from(steps), H);
-            steps += 1;
-        }
-        assert_eq!(watch.stage(), Stage::Braking);
-        assert!(
-            (H * f64::from(steps) - OVERLOADED).abs() < 1.5 * H,
-            "{steps}"
-        );
-    }
-
-    #[test]
-    fn gains_are_those_asked_for_until_they_are_lowered() {
-        let settings = Settings::from_gains(&Machine::reference().controller);
-        let at = |stage| Supervisor {
-            stage,
-            ..Supervisor::default()
-        };
-        for stage in [Stage::Off, Stage::Watching, Stage::Frozen] {
-            assert!(matches!(
-                at(stage).effective_settings(&settings),
-                Cow::Borrowed(_)
-            ));
-        }
-        let asked = &settings.gains;
-        let lowered = at(Stage::Lowered).effective_settings(&settings).gains;
-        assert_eq!(lowered.Lambda_position, 0.5 * asked.Lambda_position);
-        assert_eq!(lowered.kappa_KA, 0.5 * asked.kappa_KA);
-        assert_eq!(lowered.K_v, 0.5 * asked.K_v);
-        assert_eq!(lowered.K_i, asked.K_i);
-    }
-
-    /// The joints come to rest along a ramp: half the way that they would have gone.
-    #[test]
-    fn the_joints_come_to_rest_in_half_the_way() {
-        let mut watch = Supervisor {
-            stage: Stage::Stopping,
-            ..Supervisor::default()
-        };
-        let [zeta, rate] = [0.3, -0.2].map(Vector6::repeat);
-        watch.begin_stop(zeta, rate);
-        run(&mut watch, 0.0, RAMP, 0.0);
-        let Motion {
-            zeta: end,
-            zeta_dot,
-            zeta_ddot,
-            ..
-        } = watch.motion;
-        assert!((end - (zeta + rate * (0.5 * RAMP))).norm() < 1e-12, "{end}");
-        assert_eq!((zeta_dot, zeta_ddot), (Vector6::zeros(), Vector6::zeros()));
-    }
-
-    /// The wrist is held by the mean of a torque that swings, and by its own inertia.
-    #[test]
-    fn the_wrist_is_held_by_what_held_it_on_average() {
-        let mut watch = Supervisor::default();
-        for k in 0..3000 {
-            let wave = 900.0 * (TAU * 7.0 * H * f64::from(k)).sin();
-            watch.average_wrist_torques(&[150.0 + wave, -90.0, 5.0], H);
-        }
-        watch.motion.zeta[5] = 0.2;
-        let mut gains = Machine::reference().controller;
-        (gains.kappa_KA, gains.Lambda_orientation) = (8.0, 3.0);
-        let mut input = Input::default();
-        (input.zeta[5], input.zeta_dot[5]) = (0.15, -0.4);
-        let of = |j| watch.wrist_holding_torque(j, 0.5, &gains, &input);
-        // What is left of the wave: 1/(2π·7·0.3) of it.
-        assert!((of(0) - 150.0).abs() < 900.0 / 13.0, "{}", of(0));
-        assert!((of(1) + 90.0).abs() < 1e-9);
-        assert!((of(2) - (5.0 + 8.0 * 0.5 * (3.0 * 0.05 + 0.4))).abs() < 1e-9);
-    }
-}
+mod tests;

@@ -6,7 +6,7 @@ use crate::evaluation::Evaluation;
 use crate::nominal::Nominal;
 use crate::reference::{Motion, Rates};
 use crate::settings::{Level, Settings};
-use crate::supervisor::{Stage, Supervisor};
+use crate::supervisor::{Cause, Stage, Supervisor};
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -86,6 +86,32 @@ pub enum Warning {
         /// Reference of the joint, rad.
         zeta: f64,
     },
+    /// A joint does not follow the commanded rates.
+    #[error(
+        "t = {t} s: joint {joint} does not follow the commanded rates: its reference waits at {zeta:.4} rad, and nothing adapts meanwhile; is something in the \
+         way, the load too large, or a drive off?"
+    )]
+    Blocked {
+        /// Time, s.
+        t: f64,
+        /// Joint, counted from 1.
+        joint: usize,
+        /// Reference of the joint, rad.
+        zeta: f64,
+    },
+    /// Commanded rates lead to where a rod cannot hold the machine.
+    #[error(
+        "t = {t} s: the commanded rates lead to where actuator {actuator} must hold almost its rated force of {f_max:.0} N at rest: the joints that load it \
+         stop; back is possible"
+    )]
+    RodHeld {
+        /// Time, s.
+        t: f64,
+        /// Actuator, counted from 1.
+        actuator: usize,
+        /// Rated force, N.
+        f_max: f64,
+    },
     /// The required force of a rod exceeds its limit.
     #[error(
         "t = {t} s: the law requires {required:.0} N of actuator {actuator}, whose force is limited to {f_max:.0} N (force_limit times force_max of the machine \
@@ -103,14 +129,16 @@ pub enum Warning {
     },
     /// The supervisor acts.
     #[error(
-        "t = {t} s: supervisor: {} (oscillation power: up to {power:.1} W at actuator {actuator})",
-        .stage.does()
+        "t = {t} s: supervisor: {}: {} (oscillation power: up to {power:.1} W at actuator {actuator})",
+        .stage.does(), .cause.says()
     )]
     Supervisor {
         /// Time, s.
         t: f64,
         /// The new stage.
         stage: Stage,
+        /// Why it acts.
+        cause: Cause,
         /// Actuator, counted from 1.
         actuator: usize,
         /// Oscillation power: root mean square of force error times that of velocity error, W.
@@ -142,9 +170,26 @@ impl Stage {
             Self::Lowered => "it lowers the gains",
             Self::Stopping => "it brings the joints to rest",
             Self::Braking => "it applies the brakes",
-            Self::Stopped => {
-                "the gates are off, the brakes hold the rods, and the wrist is held where it was"
-            }
+            Self::Stopped => "the gates are off, and the brakes hold rods and wrist",
+        }
+    }
+}
+
+impl Cause {
+    /// The cause in words, for the warning.
+    fn says(self) -> &'static str {
+        match self {
+            Self::None => "a reset; the gates come on, and the brakes are released next",
+            Self::Swinging => "a rod swings",
+            Self::Overload => "the force of a rod stays at its limit and above its rating",
+            Self::Tripped => "a drive has tripped",
+            Self::Following => "the tip does not follow its reference, or its error jumps",
+            Self::JointEncoder => "a joint's encoder, its motor and its rod tell different motions",
+            Self::JointRate => "a joint's angle is not the integral of its rate",
+            Self::Stale => "a reading no longer changes",
+            Self::Torque => "a motor's torque does not fit the force of its rod",
+            Self::Current => "a drive does not give the commanded current",
+            Self::WristRate => "a joint of the wrist runs away",
         }
     }
 }
@@ -160,6 +205,8 @@ pub struct ReportedWarnings {
     elbow: bool,
     wrist: bool,
     rate: bool,
+    blocked: [bool; 6],
+    rod: bool,
     supervisor: Option<Stage>,
 }
 
@@ -192,6 +239,7 @@ pub(crate) fn first_warning(
         first = Some(Warning::Supervisor {
             t,
             stage,
+            cause: supervisor.cause(),
             actuator: rod + 1,
             power,
         });
@@ -239,6 +287,22 @@ pub(crate) fn first_warning(
             limit: rates.largest_rate(joint),
         };
         begins(&mut reported.rate, held.rate.is_some(), slowed);
+        for (i, reported) in reported.blocked.iter_mut().enumerate() {
+            let blocked = Warning::Blocked {
+                t,
+                joint: i + 1,
+                zeta: zeta[i],
+            };
+            let is_driven = stage < Stage::Stopping;
+            begins(reported, is_driven && motion.blocked[i] != 0.0, blocked);
+        }
+        let rod = held.rod.unwrap_or_default();
+        let loaded = Warning::RodHeld {
+            t,
+            actuator: rod + 1,
+            f_max: nominal.ratings[rod][0],
+        };
+        begins(&mut reported.rod, held.rod.is_some(), loaded);
     }
     for (i, reported) in reported.force.iter_mut().enumerate() {
         let demand = &now.demands[i];

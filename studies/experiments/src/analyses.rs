@@ -7,16 +7,19 @@ pub mod comparison;
 pub(crate) mod draws;
 pub mod efficiency;
 pub(crate) mod endurance;
+pub(crate) mod faults;
 pub(crate) mod identification;
 pub(crate) mod imported_run;
 pub mod inertia;
 pub mod margins;
+pub(crate) mod rest;
 pub mod robustness;
 pub mod sizing;
 pub mod stability;
 pub mod surrogate_loop;
 pub mod testbed;
 pub(crate) mod tournament;
+pub(crate) mod weighing;
 
 /// Says in words whether a target is met; a target that is missed makes the verdict bad with the
 /// text of `objection`.

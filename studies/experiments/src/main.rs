@@ -11,8 +11,8 @@ use cosim::Verdict;
 use cosim::cli::{exit, serve_if_asked};
 use experiments::commands::program::{Cli, Command, Ending};
 use experiments::commands::{
-    compare, draws, endurance, energy, evaluate, machine, margins, path, program, run, sizing,
-    stability, table, testbed, tournament,
+    compare, draws, endurance, energy, evaluate, faults, machine, margins, path, program, rest,
+    run, sizing, stability, table, testbed, tournament, weighing,
 };
 
 fn main() -> ExitCode {
@@ -53,7 +53,10 @@ fn run(command: &Command) -> Ending {
             (args.machine.check(), verdict)
         }
         Command::Endurance(args) => (args.machine.check(), endurance::endurance(args)),
+        Command::Rest(args) => (args.machine.check(), rest::rest(args)),
+        Command::Weighing(args) => (args.machine.check(), weighing::weighing(args)),
         Command::Draws(args) => (args.machine.check(), draws::draws(args)),
+        Command::Faults(args) => (args.machine.check(), faults::faults(args)),
         Command::Tournament(args) => (args.machine.check(), tournament::tournament(args)),
         Command::Margins(args) => (args.machine.check(), margins::margins(args)),
         Command::Evaluate(args) => (args.machine.check(), evaluate::evaluate(args)),

@@ -165,7 +165,11 @@ fn mistakes_of_clocks_are_found() {
             "clocks=\"10\"",
             CLOCKS,
         ),
-        ("intervalDecimal=\"0.1\"", "", CLOCKS),
+        (
+            "intervalVariability=\"fixed\" intervalDecimal=\"0.1\"",
+            "intervalVariability=\"constant\"",
+            CLOCKS,
+        ),
         ("intervalDecimal=\"0.1\"", "intervalDecimal=\"0\"", CLOCKS),
         ("intervalDecimal=\"0.1\"", "intervalCounter=\"3\"", CLOCKS),
         (

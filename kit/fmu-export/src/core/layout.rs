@@ -123,6 +123,7 @@ impl<M: Model> Layout<M> {
             indicators: 0,
         };
         let (mut next, mut position, mut in_long, mut offset) = (0, 0, 0, 0);
+        let mut was_equation = false;
         let rows = M::variables().iter().chain(ModelExchange::<M>::rows());
         for row in rows.chain(M::CLOCKS.iter().map(|clock| &clock.row)) {
             let is_equation = row.storage.is_equation();
@@ -131,11 +132,14 @@ impl<M: Model> Layout<M> {
                 _ => row,
             };
             let len = owner.len(parameters, input, &output).min(LONGEST);
-            let number = match is_equation {
+            // The first equation and clocks follow all variables, unless they set their numbers.
+            let follows_all = is_equation && !was_equation || row.storage.is_clock();
+            let following = match follows_all {
                 true => layout.len() as u32,
-                false if row.storage.is_clock() => row.at.unwrap_or(layout.len() as u32),
-                false => row.at.unwrap_or(next),
+                false => next,
             };
+            was_equation = is_equation;
+            let number = row.at.unwrap_or(following);
             let is_long = owner.resize.is_some() || len > MOST_COUNTED;
             let counted = if is_long { 1 } else { len as u32 };
             next = number.saturating_add(counted);

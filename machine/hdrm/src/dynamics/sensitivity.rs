@@ -38,7 +38,7 @@ impl Hdrm {
         let mut Q = dynamics.frame.tip_forces(&wrench(&seed.wrench_env));
         for i in 0..3 {
             Q[i] += dynamics.strokes[i].prime * seed.f[i];
-            Q[3 + i] += self.wrist_gain(i, input.tau_wrist[i]) * seed.tau_wrist[i];
+            Q[3 + i] += self.wrist_gain(i, input) * seed.tau_wrist[i];
         }
         Q
     }
@@ -85,9 +85,20 @@ impl Hdrm {
                 second * w * (input.f[i] + stop.force(x, x_dot))
                     + prime * stop.force_rate(x, x_dot, x_ddot)
             } else {
-                stop.force_rate(zeta[i], w, a)
+                stop.force_rate(zeta[i], w, a) + self.brake_rate(&dynamics.state, i - 3, a)
             };
         }
         dynamics.factor.solve(&Q_dot)
+    }
+
+    /// Rate of the torque by which a brake holds the joint of ideal wrist drive i, N·m/s, with the
+    /// joint's acceleration `a`, rad/s².
+    fn brake_rate(&self, state: &State, i: usize, a: f64) -> f64 {
+        let drive = &state.wrist[i];
+        if self.wrist.is_some() || !drive.holds {
+            return 0.0;
+        }
+        let joint = [state.zeta[3 + i], state.zeta_dot[3 + i]];
+        self.anchors[i].torque_rate(drive, joint, a)
     }
 }

@@ -14,7 +14,7 @@ const PART: f64 = 5e-5;
 /// Rate, rad/s, up to which a motor that begins to slip does not count as stopped.
 const AT_REST: f64 = 1e-11;
 /// Damping ratio of the motor on its gear.
-const DAMPING_RATIO: f64 = 0.1;
+pub(crate) const DAMPING_RATIO: f64 = 0.1;
 
 /// Direction in which each motor slips, 1 or −1; 0 while dry friction holds it. For Model Exchange;
 /// [`Hdrm::step`](crate::Hdrm::step) does not need it.
@@ -48,6 +48,10 @@ pub struct WristState {
     pub(crate) rate: f64,
     /// Mean torque on the joint over the last substep, N·m.
     pub(crate) transmitted: f64,
+    /// How long ago the brake was commanded, s, until it acts.
+    pub(crate) braked: f64,
+    /// Whether the brake acts: on the motor, or from `angle` on the joint of an ideal drive.
+    pub(crate) holds: bool,
 }
 
 impl WristState {
@@ -93,8 +97,8 @@ impl WristDrive {
         WristState {
             motor: tau,
             angle: zeta + tau / self.stiffness[i] + play,
-            rate: 0.0,
             transmitted: tau,
+            ..WristState::default()
         }
     }
 
@@ -124,10 +128,22 @@ impl WristDrive {
         if self.lag > 0.0 { now.motor } else { command }
     }
 
-    /// Time derivative of drive `i`, for Model Exchange.
-    pub(crate) fn rates(&self, i: usize, now: &WristState, command: f64, slip: f64) -> WristState {
-        let left = self.torque(now, command) - now.transmitted - slip * self.friction[i];
-        let rests = slip == 0.0 && self.friction[i] > 0.0;
+    /// Dry friction of motor `i`, N·m, with that of a brake of the torque `brake`.
+    fn friction(&self, i: usize, now: &WristState, brake: f64) -> f64 {
+        self.friction[i] + if now.holds { brake } else { 0.0 }
+    }
+
+    /// Time derivative of drive `i`, for Model Exchange; `brake` is the torque of its brake, N·m.
+    pub(crate) fn rates(
+        &self,
+        i: usize,
+        now: &WristState,
+        [command, brake]: [f64; 2],
+        slip: f64,
+    ) -> WristState {
+        let friction = self.friction(i, now, brake);
+        let left = self.torque(now, command) - now.transmitted - slip * friction;
+        let rests = slip == 0.0 && friction > 0.0;
         let lags = self.lag > 0.0;
         WristState {
             motor: if lags {
@@ -137,7 +153,7 @@ impl WristDrive {
             },
             angle: now.rate,
             rate: if rests { 0.0 } else { left / self.inertia[i] },
-            transmitted: 0.0,
+            ..WristState::default()
         }
     }
 
@@ -152,25 +168,37 @@ impl WristDrive {
         &self,
         i: usize,
         now: &WristState,
-        command: f64,
+        [command, brake]: [f64; 2],
         slip: f64,
     ) -> Option<f64> {
         let net = self.torque(now, command) - now.transmitted;
-        (self.friction[i] > 0.0).then(|| match slip {
-            0.0 => self.friction[i] - net.abs(),
+        let friction = self.friction(i, now, brake);
+        (friction > 0.0).then(|| match slip {
+            0.0 => friction - net.abs(),
             _ => slip * now.rate + AT_REST,
         })
     }
 
-    /// Direction in which motor `i` slips after an event: unchanged while it moves; from rest, that
-    /// of the net torque if it exceeds the dry friction, otherwise 0.
-    pub(crate) fn next_slip(&self, i: usize, now: &mut WristState, command: f64, slip: f64) -> f64 {
-        if self.friction[i] == 0.0 || slip * now.rate > 0.0 {
-            return slip;
+    /// Direction in which motor `i` slips after an event: unchanged while it moves, also where a
+    /// brake meets a free motor; from rest, that of the net torque if it exceeds the dry friction,
+    /// otherwise 0.
+    pub(crate) fn next_slip(
+        &self,
+        i: usize,
+        now: &mut WristState,
+        [command, brake]: [f64; 2],
+        slip: f64,
+    ) -> f64 {
+        let friction = self.friction(i, now, brake);
+        if friction == 0.0 {
+            return 0.0;
+        }
+        if slip * now.rate > 0.0 || (slip == 0.0 && now.rate != 0.0) {
+            return now.rate.signum();
         }
         now.rate = 0.0;
         let net = self.torque(now, command) - now.transmitted;
-        if net.abs() >= self.friction[i] {
+        if net.abs() >= friction {
             net.signum()
         } else {
             0.0
@@ -187,7 +215,7 @@ impl WristDrive {
         &self,
         i: usize,
         from: &WristState,
-        [command, limit]: [f64; 2],
+        [command, limit, brake]: [f64; 3],
         [zeta, zeta_dot]: [f64; 2],
         dt: f64,
     ) -> WristState {
@@ -199,6 +227,7 @@ impl WristDrive {
             1.0
         };
         let (target, J) = (saturate(command, limit), self.inertia[i]);
+        let friction = self.friction(i, from, brake);
         let mut now = *from;
         let mut impulse = 0.0;
         for k in 0..n as u32 {
@@ -207,7 +236,7 @@ impl WristDrive {
             let gear = self.gear(i, now.angle - joint, now.rate - zeta_dot);
             impulse += h * gear;
             let free = now.rate + h * (now.motor - gear) / J;
-            let most = h * self.friction[i] / J;
+            let most = h * friction / J;
             now.rate = free - saturate(free, most);
             now.angle += h * now.rate;
         }
@@ -234,11 +263,11 @@ mod tests {
         let drive = drive();
         let mut now = WristState::default();
         for k in 1..=40 {
-            now = drive.advance(0, &now, [900.0, 2500.0], [0.0; 2], 1e-3);
+            now = drive.advance(0, &now, [900.0, 2500.0, 0.0], [0.0; 2], 1e-3);
             let exact = 900.0 * -(-f64::from(k) * 1e-3 / 5e-3).exp_m1();
             assert!((now.motor - exact).abs() < 1e-9, "{k}: {}", now.motor);
         }
-        let held = drive.advance(0, &now, [9e3, 2500.0], [0.0; 2], 1.0);
+        let held = drive.advance(0, &now, [9e3, 2500.0, 0.0], [0.0; 2], 1.0);
         assert!((held.motor - 2500.0).abs() < 1e-9);
     }
 
@@ -250,7 +279,7 @@ mod tests {
         let drive = drive();
         let mut now = drive.at_rest(1, 0.3, 700.0);
         for _ in 0..3000 {
-            now = drive.advance(1, &now, [900.0, 2500.0], [0.3, 0.0], 1e-3);
+            now = drive.advance(1, &now, [900.0, 2500.0, 0.0], [0.3, 0.0], 1e-3);
         }
         assert_eq!(now.rate, 0.0);
         assert!((now.transmitted - 900.0).abs() <= 250.0 && now.transmitted > 650.0);
@@ -258,11 +287,11 @@ mod tests {
         assert!((lead - now.transmitted / 1e6).abs() < 1e-9, "{lead}");
         let mut idle = WristState::default();
         for _ in 0..1000 {
-            idle = drive.advance(1, &idle, [249.0, 2500.0], [0.0; 2], 1e-3);
+            idle = drive.advance(1, &idle, [249.0, 2500.0, 0.0], [0.0; 2], 1e-3);
         }
         assert_eq!((idle.angle, idle.transmitted), (0.0, 0.0));
         for _ in 0..3000 {
-            now = drive.advance(1, &now, [-900.0, 2500.0], [0.3, 0.0], 1e-3);
+            now = drive.advance(1, &now, [-900.0, 2500.0, 0.0], [0.3, 0.0], 1e-3);
         }
         let back = now.angle - 0.3 + 0.5 * drive.play;
         assert!(
@@ -286,7 +315,7 @@ mod tests {
         };
         let (mut crossings, mut last) = (Vec::new(), now.angle);
         for k in 1..=2000 {
-            now = drive.advance(2, &now, [0.0, 800.0], [0.0; 2], 1e-4);
+            now = drive.advance(2, &now, [0.0, 800.0, 0.0], [0.0; 2], 1e-4);
             if last > 0.0 && now.angle <= 0.0 {
                 crossings.push(1e-4 * (f64::from(k) - now.angle / (now.angle - last)));
             }

@@ -4,10 +4,13 @@ use crate::DOF;
 use crate::dynamics::boom_frame::MovingParts;
 use crate::dynamics::gravity::Gravity;
 use crate::forces::end_stop::{EndStop, JOINT_DISSIPATION, STROKE_DISSIPATION};
+use crate::forces::wrist_brake::Anchor;
+use crate::forces::wrist_drive::WristState;
 use crate::geometry::body::{BODIES, Body};
 use crate::geometry::tree::Tree;
 use crate::load::Payload;
 use crate::plant::error::HdrmError;
+use crate::plant::input::Input;
 use crate::plant::options::Options;
 use crate::plant::state::State;
 use crate::plant::{Dynamics, Hdrm};
@@ -38,6 +41,8 @@ impl Hdrm {
             joint_viscous: options.joint_viscous,
             joint_dry: options.joint_dry,
             wrist: options.wrist.on.then_some(options.wrist),
+            brake: options.brake,
+            anchors: Anchor::all(&options.brake, &options.wrist),
             friction_is_stiff: false,
             tau_wrist_max: machine.limits.tau_wrist_max,
             stops: [free; DOF],
@@ -48,14 +53,28 @@ impl Hdrm {
         Ok(plant)
     }
 
-    /// The start state: wrist drives as built hold the pose.
-    pub fn start_state(&self, state: State) -> State {
-        let Some(drive) = &self.wrist else {
+    /// The start state: wrist drives as built hold the pose, and brakes that are applied act.
+    pub fn start_state(&self, state: State, input: &Input) -> State {
+        let brakes = input.wrist_brake;
+        if self.wrist.is_none() && brakes == [false; 3] {
             return state;
-        };
+        }
         let (_, hold) = self.holding(&state.zeta);
+        let start = |i: usize| {
+            let zeta = state.zeta[3 + i];
+            let mut now = match &self.wrist {
+                Some(drive) => drive.at_rest(i, zeta, hold[i]),
+                None => WristState::default(),
+            };
+            now.holds = brakes[i];
+            if self.wrist.is_none() && brakes[i] {
+                let left = hold[i] - self.wrist_command(input, i);
+                now.angle = self.anchors[i].holding(zeta, left);
+            }
+            now
+        };
         State {
-            wrist: std::array::from_fn(|i| drive.at_rest(i, state.zeta[3 + i], hold[i])),
+            wrist: std::array::from_fn(start),
             ..state
         }
     }

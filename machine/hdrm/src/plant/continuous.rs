@@ -2,7 +2,6 @@
 //! of the state, event indicators, and the state after an event.
 
 use crate::DOF;
-use crate::forces::saturate::saturate;
 use crate::forces::wrist_drive::Slips;
 use crate::plant::input::Input;
 use crate::plant::state::State;
@@ -26,12 +25,16 @@ impl Hdrm {
         };
         if let Some(drive) = &self.wrist {
             for (i, rate) in rates.wrist.iter_mut().enumerate() {
-                *rate = drive.rates(
-                    i,
-                    &now.state.wrist[i],
-                    self.wrist_command(input, i),
-                    slips[i],
-                );
+                let torques = [self.wrist_command(input, i), self.brake.torque[i]];
+                *rate = drive.rates(i, &now.state.wrist[i], torques, slips[i]);
+            }
+        } else {
+            for (i, rate) in rates.wrist.iter_mut().enumerate() {
+                let drive = &now.state.wrist[i];
+                if drive.holds {
+                    let joint = [now.state.zeta[3 + i], now.state.zeta_dot[3 + i]];
+                    rate.angle = self.anchors[i].rate(drive, joint);
+                }
             }
         }
         rates
@@ -55,9 +58,9 @@ impl Hdrm {
             for i in 0..3 {
                 let (state, joint) = (&wrist[i], zeta[3 + i]);
                 z[DOF + 1 + i] = drive.beyond_play(state, joint).unwrap_or(NEVER);
-                let command = self.wrist_command(input, i);
+                let torques = [self.wrist_command(input, i), self.brake.torque[i]];
                 z[DOF + 4 + i] = drive
-                    .friction_reserve(i, state, command, slips[i])
+                    .friction_reserve(i, state, torques, slips[i])
                     .unwrap_or(NEVER);
             }
         }
@@ -82,14 +85,10 @@ impl Hdrm {
         let (mut state, mut slips) = (self.with_gear_torques(state), *slips);
         if let Some(drive) = &self.wrist {
             for (i, slip) in slips.iter_mut().enumerate() {
-                let command = self.wrist_command(input, i);
-                *slip = drive.next_slip(i, &mut state.wrist[i], command, *slip);
+                let torques = [self.wrist_command(input, i), self.brake.torque[i]];
+                *slip = drive.next_slip(i, &mut state.wrist[i], torques, *slip);
             }
         }
         (self.with_gear_torques(state), slips)
-    }
-
-    fn wrist_command(&self, input: &Input, i: usize) -> f64 {
-        saturate(input.tau_wrist[i], self.tau_wrist_max[i])
     }
 }

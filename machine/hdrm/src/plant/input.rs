@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use spatial::Wrench;
 
 /// Inputs of the manipulator.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Input {
     /// Actuator forces of slew, lift and tilt, N, positive when extending.
     pub f: [f64; 3],
@@ -21,6 +21,26 @@ pub struct Input {
     pub base_angular_velocity: [f64; 3],
     /// Angular acceleration of the base in those axes, rad/s².
     pub base_angular_acceleration: [f64; 3],
+    /// Whether the wrist's drives give torque.
+    pub wrist_enable: [bool; 3],
+    /// Whether the wrist's brakes are applied.
+    pub wrist_brake: [bool; 3],
+}
+
+impl Default for Input {
+    fn default() -> Self {
+        Self {
+            f: [0.0; 3],
+            tau_wrist: [0.0; 3],
+            wrench_env: [0.0; 6],
+            base_acceleration: [0.0; 3],
+            base_tilt: [0.0; 2],
+            base_angular_velocity: [0.0; 3],
+            base_angular_acceleration: [0.0; 3],
+            wrist_enable: [true; 3],
+            wrist_brake: [false; 3],
+        }
+    }
 }
 
 pub(crate) fn wrench(components: &[f64; 6]) -> Wrench {

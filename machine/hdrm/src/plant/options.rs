@@ -3,6 +3,7 @@
 use crate::DOF;
 use crate::forces::contact::Contact;
 use crate::forces::dry_friction::DryFriction;
+use crate::forces::wrist_brake::WristBrake;
 use crate::forces::wrist_drive::WristDrive;
 use crate::load::Load;
 use machine_file::Machine;
@@ -26,6 +27,8 @@ pub struct Options {
     pub joint_dry: DryFriction,
     /// The wrist's drives.
     pub wrist: WristDrive,
+    /// The wrist's brakes.
+    pub brake: WristBrake,
 }
 
 impl Options {
@@ -39,6 +42,7 @@ impl Options {
             contact: Contact::default(),
             joint_dry: DryFriction::default(),
             wrist: WristDrive::IDEAL,
+            brake: WristBrake::for_drives(machine.limits.tau_wrist_max),
         }
     }
 
@@ -48,6 +52,7 @@ impl Options {
         self.load.check()?;
         self.joint_dry.check()?;
         self.wrist.check()?;
+        self.brake.check()?;
         check_each(Range::Finite, "gravity", &self.gravity)?;
         check_each(Range::NotNegative, "joint_viscous", &self.joint_viscous)
     }

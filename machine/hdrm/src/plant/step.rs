@@ -1,6 +1,7 @@
 //! Integration of the manipulator over one communication step of the FMU `Hdrm`: RK4 with substeps
 //! that are shorter near contacts, with stiff friction and in fast motion.
 
+use crate::plant::brakes::SLACK;
 use crate::plant::input::Input;
 use crate::plant::state::State;
 use crate::plant::{Dynamics, Hdrm};
@@ -72,14 +73,59 @@ impl Hdrm {
         if !(h > 0.0 && h <= STEP_MAX) {
             return Err(StepError::BadStep { t, h });
         }
-        let n = substeps(h, H_MAX);
-        let dt = h / n;
-        let mut now = self.substep(start, &input, 0.0, dt);
+        let u = input(0.0);
+        if !Self::is_unbraked(&start.state, &u) {
+            return self.step_braked(start, &input, &u, t, h);
+        }
+        self.span(start, &input, [0.0, h], t)
+    }
+
+    /// A step in which brakes of the wrist close or act, as `u` commands: a span ends where one
+    /// closes.
+    #[cold]
+    #[inline(never)]
+    fn step_braked(
+        &self,
+        start: &Dynamics,
+        input: &impl Fn(f64) -> Input,
+        u: &Input,
+        t: f64,
+        h: f64,
+    ) -> Result<State, StepError> {
+        let mut now = self.after_braking(start.state, u, [0.0; 3]);
+        let mut done = 0.0;
+        while done < h {
+            let awaited = self.awaited_brakes(&now, u).into_iter().flatten();
+            let wait = awaited.fold(f64::INFINITY, f64::min);
+            let end = if done + wait < h - SLACK {
+                done + wait
+            } else {
+                h
+            };
+            let start = self.dynamics_with(&now, &input(done));
+            let next = self.span(&start, input, [done, end], t)?;
+            now = self.after_braking(next, u, [end - done; 3]);
+            done = end;
+        }
+        Ok(now)
+    }
+
+    /// The state after the part of a step at `t` from `begin` to `end` s in it.
+    fn span(
+        &self,
+        start: &Dynamics,
+        input: &impl Fn(f64) -> Input,
+        [begin, end]: [f64; 2],
+        t: f64,
+    ) -> Result<State, StepError> {
+        let n = substeps(end - begin, H_MAX);
+        let dt = (end - begin) / n;
+        let mut now = self.substep(start, input, begin, dt);
         check_finite(&now, t)?;
         let mut k = 1.0;
         while k < n {
-            let start = self.dynamics_with(&now, &input(k * dt));
-            now = self.substep(&start, &input, k * dt, dt);
+            let start = self.dynamics_with(&now, &input(begin + k * dt));
+            now = self.substep(&start, input, begin + k * dt, dt);
             check_finite(&now, t)?;
             k += 1.0;
         }
@@ -91,6 +137,7 @@ impl Hdrm {
         let n = self
             .contact_substeps(start, dt)
             .max(self.friction_substeps(start, dt))
+            .max(self.brake_substeps(start, dt))
             .max(turning_substeps(&start.state, dt));
         let dt = dt / f64::from(n);
         let first = self.substep_part(start, input, s, dt);
@@ -110,14 +157,20 @@ impl Hdrm {
         dt: f64,
     ) -> State {
         let Some(drive) = &self.wrist else {
-            return self.rk4(start, input, s, dt);
+            let mut next = self.rk4(start, input, s, dt);
+            for (i, drive) in next.wrist.iter_mut().enumerate().filter(|(_, d)| d.holds) {
+                let joint = [next.zeta[3 + i], next.zeta_dot[3 + i]];
+                drive.angle = self.anchors[i].slid(drive, joint, dt);
+            }
+            return next;
         };
         let mut driven = start.clone();
-        let (now, command) = (&start.state, input(s).tau_wrist);
+        let (now, input_now) = (&start.state, input(s));
         driven.state.wrist = std::array::from_fn(|i| {
             let joint = [now.zeta[3 + i], now.zeta_dot[3 + i]];
-            let command = [command[i], self.tau_wrist_max[i]];
-            drive.advance(i, &now.wrist[i], command, joint, dt)
+            let command = self.wrist_command(&input_now, i);
+            let torques = [command, self.tau_wrist_max[i], self.brake.torque[i]];
+            drive.advance(i, &now.wrist[i], torques, joint, dt)
         });
         self.rk4(&driven, input, s, dt)
     }
@@ -150,6 +203,17 @@ impl Hdrm {
             return 1;
         }
         parts(dt * self.friction_rate(start) / RATE_STEP)
+    }
+
+    /// Number of parts of `dt` that resolve the swinging of braked joints; 1 without brakes.
+    fn brake_substeps(&self, start: &Dynamics, dt: f64) -> u32 {
+        let drives = &start.state.wrist;
+        if self.wrist.is_some() || drives.iter().all(|drive| !drive.holds) {
+            return 1;
+        }
+        let rate = |i: usize| self.anchors[i].fastest(start.factor.mobility(3 + i));
+        let braked = (0..3).filter(|i| drives[*i].holds);
+        parts(dt * braked.map(rate).fold(0.0, f64::max) / RATE_STEP)
     }
 
     /// Upper bound of the rates, 1/s, at which friction slows the joints: the trace of `M⁻¹·D`.

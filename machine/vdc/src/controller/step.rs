@@ -2,17 +2,18 @@
 //! sample to sample, or with delayed commands.
 
 use super::Controller;
-use crate::drive::{Reading, VoltageLaw};
+use crate::bodies::HookReadings;
+use crate::drive::{DriveState, Reading, VoltageLaw};
 use crate::error::{ControllerError, STEP_MAX};
 use crate::evaluation::Evaluation;
-use crate::law::WEIGHING_JOINT;
+use crate::law;
 use crate::measured::{DELAY_MAX, SAMPLES_MAX, SLACK, Timing, predict};
 use crate::nominal::Nominal;
-use crate::reference::Reference;
+use crate::reference::{Motion, Reference, Target, feedback_at_rest};
 use crate::settings::{Level, Settings};
 use crate::signals::Input;
 use crate::state::State;
-use crate::supervisor::Stage;
+use crate::supervisor::{Cause, Observed, Stage};
 use crate::tracking::at_joints;
 
 impl Controller {
@@ -65,24 +66,40 @@ impl Controller {
     /// Advances all states except the joint observer's and the samples by `h` s, with the
     /// measurements and commands of `now` held.
     fn advance(&mut self, now: &Evaluation, settings: &Settings, input: &Input, h: f64) {
-        let settings = &*self.state.supervisor.effective_settings(settings);
+        let settings = &*self.effective_settings(settings);
         let Self {
             nominal,
             reference,
             state,
             ..
         } = self;
+        let is_blocked = state.motion.is_blocked();
         if let Some(machine) = &now.machine {
-            if let Some(inertia) = &machine.weighing {
-                let torque = now.output.tau_wrist[WEIGHING_JOINT - 3];
-                let rate = input.zeta_dot[WEIGHING_JOINT];
-                state.bodies.weigh(torque, rate, inertia, h);
-            } else if !now.is_at_force_limit() && state.supervisor.stage() < Stage::Frozen {
+            if reference.rates().is_none() {
+                // Keeps Λ z, which the integral contributes to the required rates.
+                let before = feedback_at_rest(state.standstill.share());
+                state.standstill.advance(&machine.desired, h);
+                let after = feedback_at_rest(state.standstill.share());
+                state
+                    .integral
+                    .fixed_rows_mut::<3>(0)
+                    .scale_mut(before / after);
+            }
+            let is_empty = machine.weighing.as_ref().is_some_and(|hook| {
+                let felt = HookReadings {
+                    torque: now.output.tau_wrist,
+                    rate: [3, 4, 5].map(|j| input.zeta_dot[j]),
+                    booms: [1, 2].map(|i| machine.strokes[i].prime * input.F[i]),
+                };
+                state.bodies.weigh(&felt, hook, h)
+            });
+            let may_learn = !is_empty && !now.is_at_force_limit();
+            if may_learn && !is_blocked && state.supervisor.stage() < Stage::Frozen {
                 let law = settings.mode.law();
                 law.learn(&mut state.bodies, &machine.motions, &settings.gains, h);
             }
         }
-        let is_at_limit = now.is_at_limit(&nominal.tau_wrist_max);
+        let is_at_limit = is_blocked || now.is_at_limit(&nominal.tau_wrist_max);
         if let (Some(machine), false) = (&now.machine, is_at_limit) {
             for (i, rate) in machine.law_integral_rate.into_iter().enumerate() {
                 let prime = machine.strokes.get(i).map(|stroke| stroke.prime);
@@ -100,7 +117,15 @@ impl Controller {
         }
         if let Some(rates) = reference.rates() {
             let command = settings.rate_command;
-            rates.advance(&mut state.motion, &nominal.tree, command, input, h);
+            let bounds = law::reference_bounds(
+                nominal,
+                &state.bodies,
+                &settings.gains,
+                input,
+                &state.motion.zeta.into(),
+                rates.largest(),
+            );
+            rates.advance(&mut state.motion, &nominal.tree, command, input, &bounds, h);
         }
         for (i, drive) in state.drives.iter_mut().enumerate() {
             let law = VoltageLaw {
@@ -189,6 +214,9 @@ impl Controller {
     }
 }
 
+/// Time after the start within which an empty hook is found, s; what moves before does not count.
+const SETS_OFF: f64 = 0.1;
+
 /// Advances the supervisor by `h` s, and applies a new stage to the rest of the state.
 fn supervise(
     nominal: &Nominal,
@@ -200,21 +228,51 @@ fn supervise(
     h: f64,
 ) {
     let (supervisor, ratings) = (&mut state.supervisor, &nominal.ratings);
-    let errors = now.rod_errors(&input.F);
-    let is_overloaded = now.is_overloaded(&input.F, ratings);
-    if supervisor.stage() < Stage::Braking {
-        supervisor.average_wrist_torques(&now.output.tau_wrist, h);
+    let before = supervisor.stage();
+    if before < Stage::Braking {
+        supervisor.average_commands(&now.output.tau_wrist, &now.output.i_q_required, h);
     }
-    let Some(fall) = supervisor.advance(&errors, is_overloaded, ratings, state.t, h) else {
+    let tripped = (input.tripped.iter().any(|tripped| *tripped)).then_some(Cause::Tripped);
+    // An empty hook sets off with the moment of the nominal payload, until it is found empty.
+    let sets_off = now.weighs() && state.t - state.t_start < SETS_OFF;
+    if sets_off {
+        supervisor.forget_swings();
+    }
+    let implausible = now
+        .plausibility(state.motion.is_blocked())
+        .filter(|_| !sets_off)
+        .and_then(|now| supervisor.monitor(&now, nominal, settings, input, h));
+    let observed = Observed {
+        errors: now.rod_errors(&input.F),
+        is_overloaded: now.is_overloaded(&input.F, ratings),
+        alarm: tripped.or(implausible),
+        reset: input.reset,
+        is_supplied: !input.supply_missing,
+    };
+    let Some(fall) = supervisor.advance(&observed, ratings, state.t, h) else {
         return;
     };
     // Keeps Λ z, which the integral contributes to the required rates.
     state.integral *= fall;
     let stage = state.supervisor.stage();
-    if stage >= Stage::Stopping && state.supervisor.stop().is_none() {
+    if before == Stage::Stopped || stage < before {
+        // Ready again after a reset: first held on closed brakes, then released.
+        state.supervisor.stand_at(&input.zeta);
+        for (i, drive) in state.drives.iter_mut().enumerate() {
+            let rest = DriveState::undisturbed(nominal.parameters()[i], input.w_m[i]);
+            *drive = rest.settled(now.commands[i].i_qr);
+        }
+        if stage == Stage::Watching && reference.rates().is_some() {
+            state.motion = Motion::rest(&input.zeta);
+            state.supervisor.follow_reference();
+        }
+        return;
+    }
+    if stage >= Stage::Stopping && before < Stage::Stopping {
         let gains = &settings.gains;
         let t = state.motion_time(gains.settle_time);
-        let target = reference.target(nominal, &state.motion, input, t);
+        let held = (state.supervisor.motion()).map(|motion| Target::from_joints(motion, nominal));
+        let target = held.map_or_else(|| reference.target(nominal, &state.motion, input, t), Ok);
         let [zeta_dot, integral] = target
             .map(|target| at_joints(&target, nominal, gains, &state.integral, &input.zeta))
             .unwrap_or_default();

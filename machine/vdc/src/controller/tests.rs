@@ -324,3 +324,40 @@ fn a_refused_step_leaves_commanded_rates_as_they_were() {
     assert_eq!(reference(&controller), reference(&spared));
     assert_ne!(reference(&controller), before, "the reference moves");
 }
+
+/// As the gains fall at rest, what the integral contributes to the required rates stays: the same
+/// velocities of the rods after 6 s in place, by half of Λ and twice z. Tolerance: one rounding of z
+/// a step of the fall.
+#[test]
+fn what_the_integral_contributes_stays_as_the_gains_fall() {
+    let machine = Machine::reference();
+    let mut settings = Settings {
+        mode: Mode::Modular,
+        integral: true,
+        ..Settings::from_gains(&machine.controller)
+    };
+    settings.gains.settle_time = 70.0;
+    let resting = Input {
+        zeta: machine.start.zeta,
+        ..Input::default()
+    };
+    let (network, path) = (Surrogate::reference(), Trajectory::Cubic);
+    let mut controller =
+        Controller::new(&machine, &network, path, &settings, &resting, 0.0).expect("valid");
+    controller.state.integral = Vector6::new(1e-3, -2e-3, 3e-3, 1e-3, 2e-3, -1e-3);
+    let before = controller.evaluate(&settings, &resting).expect("finite");
+    for k in 0..600 {
+        let now = controller.evaluate(&settings, &resting).expect("finite");
+        let t = f64::from(k) * 1e-2;
+        controller
+            .step(&now, &settings, &resting, t, 1e-2)
+            .expect("finite");
+    }
+    let after = controller.evaluate(&settings, &resting).expect("finite");
+    let grown = controller.state.integral[0] / 1e-3;
+    assert!((grown - 2.0).abs() < 1e-9, "{grown}");
+    for i in 0..3 {
+        let [v, w] = [&before, &after].map(|now| now.output.x_dot_required[i]);
+        assert!(v.abs() > 1e-4 && (w - v).abs() < 1e-9, "{v} {w}");
+    }
+}

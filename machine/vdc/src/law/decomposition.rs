@@ -6,7 +6,7 @@
 //! one recursion up the tree for the twists and one down for the wrenches. Projected on the joints
 //! it gives the corrected actuator forces (see `docs/machine/departures.md`).
 
-use crate::bodies::{Estimate, WristInertia};
+use crate::bodies::{Estimate, HookModel};
 use crate::signals::Input;
 use crate::tracking::RequiredMotion;
 use hdrm::{BODIES, Body, Configuration, DOF, felt_gravity};
@@ -84,11 +84,7 @@ pub(crate) fn holding_forces(
     estimates: &[Estimate; Body::COUNT],
     ground: &BodyMotion,
 ) -> [f64; DOF] {
-    let rest = RequiredMotion {
-        zeta_dot: Vector6::zeros(),
-        zeta_ddot: Vector6::zeros(),
-    };
-    let motions = motions(configuration, &[0.0; DOF], &rest, ground);
+    let motions = motions(configuration, &[0.0; DOF], &at_rest(), ground);
     let no_errors = VelocityErrors {
         momenta: [Wrench::zero(); Body::COUNT],
         energy: 0.0,
@@ -136,20 +132,25 @@ pub(crate) fn joint_forces(
     })
 }
 
-/// Inertia about the second wrist joint: of the wrist's own bodies, and of a `payload`.
-pub(crate) fn wrist_inertia(
+/// What is expected to be felt of the hook with this `payload`.
+pub(crate) fn hook_model(
     configuration: &Configuration,
     nominal: &[Inertia; Body::COUNT],
     payload: &Inertia,
+    ground: &BodyMotion,
     gravity: f64,
-) -> WristInertia {
-    let of_payload = inertia_about(configuration, WEIGHING_JOINT, |body| {
-        (body == Body::PL).then_some(payload)
-    });
-    WristInertia {
-        own: own_inertia(configuration, nominal, WEIGHING_JOINT),
-        payload: of_payload,
-        weight: gravity * (payload.m * of_payload).sqrt(),
+) -> HookModel {
+    let resting = motions(configuration, &[0.0; DOF], &at_rest(), ground);
+    let of_payload = |body| (body == Body::PL).then_some(payload);
+    let inertia = inertia_about(configuration, 4, of_payload);
+    HookModel {
+        own: [3, 4, 5].map(|joint| own_inertia(configuration, nominal, joint)),
+        payload: inertia,
+        weight: gravity * (payload.m * inertia).sqrt(),
+        own_moments: moments(configuration, &resting, |body| {
+            (body != Body::PL).then_some(&nominal[body as usize])
+        }),
+        payload_moments: moments(configuration, &resting, of_payload),
     }
 }
 
@@ -164,27 +165,47 @@ pub(crate) fn own_inertia(
     })
 }
 
+/// Inertia of all bodies about a joint.
+pub(crate) fn whole_inertia(
+    configuration: &Configuration,
+    nominal: &[Inertia; Body::COUNT],
+    joint: usize,
+) -> f64 {
+    inertia_about(configuration, joint, |body| Some(&nominal[body as usize]))
+}
+
 /// Inertia about a joint of the bodies for which `inertia` gives one.
 fn inertia_about<'a>(
     configuration: &Configuration,
     joint: usize,
     inertia: impl Fn(Body) -> Option<&'a Inertia>,
 ) -> f64 {
-    let mut required = RequiredMotion {
-        zeta_dot: Vector6::zeros(),
-        zeta_ddot: Vector6::zeros(),
-    };
+    let mut required = at_rest();
     required.zeta_ddot[joint] = 1.0;
     let ground = BodyMotion::default();
     let turning = motions(configuration, &[0.0; DOF], &required, &ground);
-    projected(configuration, |body, passed_on| match inertia(body) {
-        Some(inertia) => passed_on + inertia.apply(&turning[body as usize].w),
-        None => passed_on,
-    })[joint]
+    moments(configuration, &turning, inertia)[joint]
 }
 
-/// The second wrist joint, about which the payload has its largest inertia.
-pub(crate) const WEIGHING_JOINT: usize = 4;
+/// Generalised forces, N·m, for these motions of the bodies for which `inertia` gives one.
+fn moments<'a>(
+    configuration: &Configuration,
+    motions: &[BodyMotion; Body::COUNT],
+    inertia: impl Fn(Body) -> Option<&'a Inertia>,
+) -> [f64; DOF] {
+    projected(configuration, |body, passed_on| match inertia(body) {
+        Some(inertia) => passed_on + inertia.apply(&motions[body as usize].w),
+        None => passed_on,
+    })
+}
+
+/// The required motion of a machine at rest.
+fn at_rest() -> RequiredMotion {
+    RequiredMotion {
+        zeta_dot: Vector6::zeros(),
+        zeta_ddot: Vector6::zeros(),
+    }
+}
 
 /// Generalised forces on the six joints, N·m; `net` gives the total wrench of a body, including
 /// that of the bodies beyond it.

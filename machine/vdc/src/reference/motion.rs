@@ -17,6 +17,8 @@ pub struct CommandHolds {
     pub wrist: bool,
     /// A joint (counted from 0) would exceed its rate; the rate for the whole command, rad/s.
     pub rate: Option<(usize, f64)>,
+    /// A rod (counted from 0) would not hold the machine at rest.
+    pub rod: Option<usize>,
 }
 
 /// Angles, rates and accelerations of the joints' reference.
@@ -27,9 +29,16 @@ pub(crate) struct Motion {
     pub(crate) zeta_dot: Vector6<f64>,
     pub(crate) zeta_ddot: Vector6<f64>,
     pub(crate) held: CommandHolds,
+    /// Direction in which a joint does not follow its reference, ±1; 0: it follows.
+    pub(crate) blocked: [f64; DOF],
 }
 
 impl Motion {
+    /// Whether a joint does not follow, so that nothing can be learnt from its error.
+    pub(crate) fn is_blocked(&self) -> bool {
+        self.blocked.iter().any(|direction| *direction != 0.0)
+    }
+
     pub(crate) fn rest(zeta: &[f64; DOF]) -> Self {
         Self {
             zeta: Vector6::from(*zeta),

@@ -6,6 +6,11 @@
 //! stretched, where the elbow is singular. Near a singularity of the wrist (or of the elbow, after
 //! joint commands) the inverse kinematics are damped ([`Inverse`]), and the tip follows partly.
 //!
+//! The motion stays by the machine ([`ReferenceBounds`]): it waits for a joint that does not
+//! follow, and once the command ends its reference
+//! returns to where the joint is; joints that would turn to where a rod cannot hold the machine at
+//! rest stop before.
+//!
 //! A command of the tip is scaled as a whole, so that the tip keeps its direction while no joint
 //! exceeds its limits.
 
@@ -15,7 +20,7 @@ use crate::reference::motion::{CommandHolds, Motion};
 use crate::reference::rate_limits::{RateCommand, RateLimits};
 use crate::signals::Input;
 use hdrm::{DOF, Tip, Tree};
-use machine_file::Machine;
+use machine_file::{Controller as Gains, Machine};
 use nalgebra::Vector6;
 use serde::{Deserialize, Serialize};
 
@@ -27,6 +32,8 @@ enum Hold {
     Elbow,
     /// A joint's rate.
     Rate,
+    /// This rod would not hold the machine at rest.
+    Rod(usize),
 }
 
 /// Smallest and largest allowed rate of a joint, rad/s, each with what limits it.
@@ -34,6 +41,25 @@ enum Hold {
 struct AllowedRates {
     low: (f64, Hold),
     high: (f64, Hold),
+}
+
+/// Angles, rad, by which each joint may turn downwards and upwards until a rod would hold more than
+/// it may, and that rod.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Room(pub(crate) [[(f64, usize); 2]; DOF]);
+
+impl Default for Room {
+    fn default() -> Self {
+        Self([[(f64::INFINITY, 0); 2]; DOF])
+    }
+}
+
+/// How far the reference may go from the machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ReferenceBounds {
+    /// Largest angle by which a joint's reference may be ahead of the joint, rad.
+    pub(crate) ahead: [f64; DOF],
+    pub(crate) room: Room,
 }
 
 /// Limits for the conversion of commands to a motion of the joints.
@@ -64,6 +90,39 @@ const PART: f64 = 0.1;
 /// Largest number of integration steps.
 const PARTS_MAX: f64 = 1000.0;
 
+/// Time constants over the smoothing's with which a reference comes to its largest distance from a
+/// joint that stands, and changes its rate: critically damped with a ratio of 4.
+const FOLLOWS: f64 = 0.5;
+const STOPS: f64 = 0.125;
+/// Share of the largest distance above which a joint is blocked if its command is held, and by which
+/// its reference passes the joint when it returns.
+const BLOCKED: f64 = 0.8;
+const RETURNS: f64 = 0.1;
+/// Time constant over the smoothing's with which it returns: critically damped, as before an end.
+const BACK: f64 = 4.0;
+
+/// Factors on the feedback of positions, and on γ, at rest and under commanded rates.
+const FEEDBACK: f64 = 0.5;
+const SLOWER: f64 = 4.0;
+
+/// Changes gains that suit a path by `share`, 0 to 1, to those with which the machine rests at any
+/// pose, where an operator may leave it, with any payload.
+///
+/// The feedback Λ on angles at the load side is an integrator in front of the boom's mode ω with
+/// the damping ζ, and needs `Λ < 2 ζ ω`. Without weight on it the slew has little damping, and its
+/// play makes it swing. The adaptation acts on each body's weight as a spring, whose frequency must
+/// stay within the bandwidth of the rods' forces; that falls where a rod has a short lever.
+pub(crate) fn at_any_pose(gains: &mut Gains, share: f64) {
+    gains.Lambda_position *= feedback_at_rest(share);
+    gains.omega_tip *= feedback_at_rest(share);
+    gains.gamma *= 1.0 + (SLOWER - 1.0) * share;
+}
+
+/// Factor on the feedback of positions with a `share` of these gains.
+pub(crate) fn feedback_at_rest(share: f64) -> f64 {
+    1.0 - (1.0 - FEEDBACK) * share
+}
+
 impl Rates {
     /// For a machine whose joints start at the angles `start`, rad; an error for invalid limits.
     pub(crate) fn new(
@@ -92,6 +151,7 @@ impl Rates {
         tree: &Tree,
         command: RateCommand,
         input: &Input,
+        bounds: &ReferenceBounds,
         h: f64,
     ) {
         let parts = (h / (PART * self.limits.smoothing))
@@ -100,8 +160,10 @@ impl Rates {
         let h = h / parts;
         let tau = self.limits.smoothing.max(2.0 * h);
         for _ in 0..parts as u32 {
-            let allowed = std::array::from_fn(|i| self.allowed(i, motion.zeta[i], command));
-            let (wanted, held) = match command {
+            let followed = std::array::from_fn(|i| self.followed(i, motion, input, bounds));
+            let allowed =
+                std::array::from_fn(|i| self.allowed(i, motion.zeta[i], command, bounds.room.0[i]));
+            let (mut wanted, turns, held) = match command {
                 RateCommand::Joint => {
                     self.joint_accelerations(motion, &input.rate_joint, &allowed, tau)
                 }
@@ -110,13 +172,75 @@ impl Rates {
                 }
             };
             motion.held = held;
-            self.accelerate(motion, &wanted, &allowed, tau, h);
+            for i in 0..DOF {
+                let ahead = motion.zeta[i] - input.zeta[i];
+                let direction =
+                    self.blocked(i, motion, turns[i], &followed[i], [ahead, bounds.ahead[i]]);
+                if direction != 0.0 && direction * turns[i] <= 0.0 {
+                    let back = (ahead.abs() + RETURNS * bounds.ahead[i]) / (BACK * tau);
+                    let back = (-back - direction * motion.zeta_dot[i]) / tau;
+                    wanted[i] = direction * back.min(direction * wanted[i]);
+                }
+                motion.blocked[i] = direction;
+            }
+            self.accelerate(motion, &wanted, &allowed, &followed, tau, h);
+        }
+    }
+
+    /// Largest rates of joint `i` downwards and upwards, rad/s, with which its reference stays by
+    /// the joint: `±ζ̇ + (b ∓ e)/(τ/2)` with the distance e and the largest one b. A joint that
+    /// follows does not feel them.
+    fn followed(
+        &self,
+        i: usize,
+        motion: &Motion,
+        input: &Input,
+        bounds: &ReferenceBounds,
+    ) -> [f64; 2] {
+        let ahead = motion.zeta[i] - input.zeta[i];
+        [-1.0, 1.0].map(|side: f64| {
+            let left = (bounds.ahead[i] - side * ahead) / (FOLLOWS * self.limits.smoothing);
+            (side * input.zeta_dot[i] + left).max(0.0)
+        })
+    }
+
+    /// Direction in which joint `i` is blocked, ±1 or 0. It begins where its command is held by what
+    /// may be `followed`, and ends when the reference has returned to the joint, which is `ahead` of
+    /// it by at most `most`, or the joint follows again.
+    fn blocked(
+        &self,
+        i: usize,
+        motion: &Motion,
+        command: f64,
+        followed: &[f64; 2],
+        [ahead, most]: [f64; 2],
+    ) -> f64 {
+        let before = motion.blocked[i];
+        let far = BLOCKED * most;
+        if before != 0.0 {
+            let returns = before * command <= 0.0;
+            let is_near = before * ahead <= if returns { 0.0 } else { BLOCKED * far };
+            return if is_near { 0.0 } else { before };
+        }
+        let wanted = HELD_SHARE * command.abs().min(self.limits.joint[i]);
+        let is_held = wanted > followed[usize::from(command > 0.0)];
+        let direction = command.signum();
+        if is_held && direction * ahead > far {
+            direction
+        } else {
+            0.0
         }
     }
 
     /// Allowed rates of joint `i` at the angle `zeta`, rad: within its limit, and so that it can
     /// stop before the end of its range; for the tip also before the arm is stretched.
-    fn allowed(&self, i: usize, zeta: f64, command: RateCommand) -> AllowedRates {
+    fn allowed(
+        &self,
+        i: usize,
+        zeta: f64,
+        command: RateCommand,
+        room: [(f64, usize); 2],
+    ) -> AllowedRates {
         let limits = &self.limits;
         let largest = self.largest_rate(i);
         let brake = BRAKE_SHARE * limits.joint_acceleration[i];
@@ -125,6 +249,11 @@ impl Rates {
         let [low, high] = self.range[i];
         let free = (largest, Hold::Rate);
         let mut bounds = [zeta - low, high - zeta].map(|s| least(free, before(s, Hold::End)));
+        for (bound, (left, rod)) in bounds.iter_mut().zip(room) {
+            if left < f64::INFINITY {
+                *bound = least(*bound, before(left, Hold::Rod(rod)));
+            }
+        }
         if i == 2 && command == RateCommand::Tip {
             for (bound, direction) in bounds.iter_mut().zip([-1.0, 1.0]) {
                 let stretch = self.singularities.stretch_ahead(zeta, direction);
@@ -139,26 +268,34 @@ impl Rates {
         }
     }
 
-    /// Joint accelerations towards the commanded joint rates, and what limits these.
+    /// Joint accelerations towards the commanded joint rates, these, and what limits them.
     fn joint_accelerations(
         &self,
         motion: &Motion,
         commands: &[f64; DOF],
         allowed: &[AllowedRates; DOF],
         tau: f64,
-    ) -> (Vector6<f64>, CommandHolds) {
+    ) -> (Vector6<f64>, Vector6<f64>, CommandHolds) {
         let mut held = CommandHolds::default();
         let acceleration = Vector6::from_fn(|i, _| {
             let largest = self.limits.joint[i];
             let wanted = commands[i].clamp(-largest, largest);
             let AllowedRates { low, high } = allowed[i];
-            held.joint[i] = wanted * HELD_SHARE > high.0 || wanted * HELD_SHARE < low.0;
+            for (is_beyond, (_, hold)) in [
+                (wanted * HELD_SHARE > high.0, high),
+                (wanted * HELD_SHARE < low.0, low),
+            ] {
+                if is_beyond {
+                    note(&mut held, i, hold, wanted);
+                }
+            }
             (wanted - motion.zeta_dot[i]) / tau
         });
-        (acceleration, held)
+        (acceleration, Vector6::from(*commands), held)
     }
 
-    /// Joint accelerations towards the commanded rates u of the tip, and what limits these. One
+    /// Joint accelerations towards the commanded rates u of the tip, joint rates for u, and what
+    /// limits these. One
     /// factor σ on the command and one factor s on the acceleration keep the tip's direction:
     /// ```text
     /// ζ̈ = s·(σ·J⁻¹·u − ζ̇)/τ − J⁻¹·J̇·ζ̇
@@ -171,7 +308,7 @@ impl Rates {
         command: &[f64; DOF],
         allowed: &[AllowedRates; DOF],
         tau: f64,
-    ) -> (Vector6<f64>, CommandHolds) {
+    ) -> (Vector6<f64>, Vector6<f64>, CommandHolds) {
         let Motion { zeta, zeta_dot, .. } = *motion;
         let [angles, rates] = [zeta, zeta_dot].map(<[f64; DOF]>::from);
         let tip = Tip::new(tree, &tree.configuration(&angles));
@@ -191,7 +328,7 @@ impl Rates {
                 s = s.min(((largest - onwards[i]) / drive[i]).max(0.0));
             }
         }
-        (drive * s + onwards, held)
+        (drive * s + onwards, joints, held)
     }
 
     /// Factor σ on a command of the tip that needs the joint rates `joints`, and `onwards` in
@@ -218,13 +355,14 @@ impl Rates {
                 (share, end) = (allowed_share, Some((hold, i)));
             }
         }
+        // A joint that does not follow stops the tip.
+        if (0..DOF).any(|i| motion.blocked[i] * joints[i] > 0.0) {
+            (share, end) = (0.0, None);
+        }
         let is_moving = joints.iter().any(|w| *w != 0.0);
         held.wrist = is_moving && self.singularities.is_near_wrist(motion.zeta[4]);
-        match end.filter(|_| share < HELD_SHARE) {
-            Some((Hold::End, i)) => held.joint[i] = true,
-            Some((Hold::Elbow, _)) => held.elbow = true,
-            Some((Hold::Rate, i)) => held.rate = Some((i, joints[i])),
-            None => (),
+        if let Some((hold, i)) = end.filter(|_| share < HELD_SHARE) {
+            note(&mut held, i, hold, joints[i]);
         }
         (share, held)
     }
@@ -236,6 +374,7 @@ impl Rates {
         motion: &mut Motion,
         wanted: &Vector6<f64>,
         allowed: &[AllowedRates; DOF],
+        followed: &[[f64; 2]; DOF],
         tau: f64,
         h: f64,
     ) {
@@ -251,6 +390,11 @@ impl Rates {
             } = allowed[i];
             let acceleration = wanted[i].clamp(towards(least.0), towards(most.0));
             let after = before + (acceleration - before) * smoothed;
+            // Something that stopped the machine has stopped it already: the reference may brake
+            // harder than its limit.
+            let [down, up] = followed[i];
+            let soon = |bound: f64| (bound - rate) / (STOPS * tau);
+            let after = after.clamp(soon(-down), soon(up));
             let moved = h * (rate + h * (before / 3.0 + after / 6.0));
             motion.zeta[i] = zeta + moved;
             motion.zeta_dot[i] = rate + (before + after) * (0.5 * h);
@@ -278,6 +422,16 @@ impl Rates {
         let [low, high] = self.range[i];
         let is_low = 2.0 * zeta < low + high;
         if is_low { low } else { high }
+    }
+}
+
+/// Notes in `held` what holds joint `i`, for whose command it would turn at `rate`, rad/s.
+fn note(held: &mut CommandHolds, i: usize, hold: Hold, rate: f64) {
+    match hold {
+        Hold::End => held.joint[i] = true,
+        Hold::Elbow => held.elbow = true,
+        Hold::Rate => held.rate = Some((i, rate)),
+        Hold::Rod(rod) => held.rod = Some(rod),
     }
 }
 

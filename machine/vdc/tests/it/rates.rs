@@ -143,7 +143,8 @@ fn half_a_minute_of_joystick_is_followed() {
 #[test]
 fn joints_are_held_at_the_ends_of_their_ranges() {
     let margin = 0.01;
-    let reference = machine();
+    let mut reference = machine();
+    reference.ratings.tilt.force_max = 150e3; // holds the machine everywhere
     let ranges = reference.limits.zeta();
     for (joint, sign) in (0..6).flat_map(|joint| [(joint, -1.0), (joint, 1.0)]) {
         let mut run = Run::new(&case(reference.clone(), Mode::Adaptive));
@@ -364,4 +365,25 @@ fn a_controller_that_is_told_of_a_load_is_better() {
         worst
     });
     assert!(told < 0.5 * untold, "{told} {untold} m");
+}
+
+/// The boom is lowered and stretched to where the tilt rod would carry 79 kN: it stops where the
+/// rod holds 95 % of its rated 70 kN at rest, says so, and comes back. Tolerance: 1 % for the
+/// gradient of the force, which counts as constant up to there.
+#[test]
+fn joints_stop_where_a_rod_holds_no_more() {
+    let mut run = Run::new(&case(machine(), Mode::Modular));
+    let out = [0.0, -0.1, 0.1, 0.0, 0.0, 0.0];
+    let mut last = 0.0_f64;
+    run.hold(40.0, RateCommand::Joint, out, |_, _, y| {
+        last = y.f_required[2].abs()
+    });
+    println!("{last:.0} N");
+    assert!((last / (0.95 * 70e3) - 1.0).abs() < 0.01, "{last} N");
+    let text: Vec<String> = run.warnings.iter().map(ToString::to_string).collect();
+    let told = |text: &&String| text.contains("actuator 3 must hold almost its rated force");
+    assert_eq!(text.iter().filter(told).count(), 1, "{text:?}");
+    let before = run.zeta()[2];
+    run.hold(2.0, RateCommand::Joint, out.map(|w| -w), |_, _, _| ());
+    assert!(before - run.zeta()[2] > 0.1, "it comes back");
 }

@@ -96,8 +96,9 @@ struct Term {
 }
 
 impl Write {
-    /// From now on alter the values that `faults` concern.
+    /// From now on alter the values that `faults` concern, and no others.
     pub fn attach(&mut self, wiring: &Wiring, faults: &mut Alteration) {
+        self.altered.iter_mut().for_each(Vec::clear);
         for (place, variable) in self.batch.variables.iter().enumerate() {
             let input = Port::new(self.instance, *variable);
             let ends = [wiring.source(input), Some(input)];

@@ -41,13 +41,16 @@ const DELAY: f64 = 2.0;
 /// Where the machine is: a pose in which it rests, by name and joint angles in degrees, or the name
 /// of a path that it follows.
 pub(crate) type Place = (&'static str, Option<[f64; 6]>);
+/// The place at which commanded rates of zero are followed, and the controller's trajectory there.
+const RATES: &str = "rates";
 /// All paths and poses.
-pub(crate) const PLACES: [Place; 5] = [
+pub(crate) const PLACES: [Place; 6] = [
     ("triangular", None),
     ("six-joints", None),
     ("start", Some([0.0, 40.0, -80.0, 0.0, -50.0, 0.0])),
     ("reach", Some([0.0, 20.0, -40.0, 0.0, -50.0, 0.0])),
     ("folded", Some([30.0, 55.0, -110.0, 0.0, -40.0, 0.0])),
+    (RATES, Some([0.0, 40.0, -80.0, 0.0, -50.0, 0.0])),
 ];
 /// Payloads, kg: an empty hook and the nominal one.
 pub(crate) const PAYLOADS: [f64; 2] = [1.0, 300.0];
@@ -237,6 +240,9 @@ pub(crate) fn run(
                 settings.push(system.setting(&name, angle * PI / 180.0)?);
             }
             settings.push(system.setting("controller.settle_time", 10.0 * END)?);
+            if place == RATES {
+                settings.push(system.setting("controller.trajectory", RATES)?);
+            }
         } else {
             settings.extend(trajectory_settings(system, place)?);
         }

@@ -16,8 +16,8 @@ use cosim::cli::{claim_outputs, exit};
 use cosim::run::interrupt;
 
 use super::{
-    compare, draws, endurance, energy, evaluate, machine, margins, path, pictures, python,
-    run as run_command, sizing, stability, table, testbed, tournament,
+    compare, draws, endurance, energy, evaluate, faults, machine, margins, path, pictures, python,
+    rest, run as run_command, sizing, stability, table, testbed, tournament, weighing,
 };
 
 /// Experiments on the coupled manipulator: three electromechanical actuators, rigid bodies and
@@ -57,8 +57,14 @@ pub enum Command {
     Tournament(tournament::TournamentArgs),
     /// How far each law is from instability: in delay, loop gain, mounting, inertia, adaptation
     Margins(margins::MarginsArgs),
+    /// Whether the machine rests after a push, in random poses, with any payload, under each law
+    Rest(rest::RestArgs),
     /// Many machines drawn at random under one law: kept, stopped, lost, and the rods' forces
     Draws(draws::DrawsArgs),
+    /// Payloads of all sizes and places with and without weighing of the hook: errors of both
+    Weighing(weighing::WeighingArgs),
+    /// Single faults of sensors, wires and drives: kept, stopped in time, or lost
+    Faults(faults::FaultsArgs),
     /// Tip error, tracking, orientation and verdict of a run that another importer wrote as CSV
     Evaluate(evaluate::EvaluateArgs),
     /// Draw the signals of a CSV file over time, as PNG and SVG

@@ -128,8 +128,11 @@ struct Watch {
     time: f64,
     force: f64,
     load: f64,
-    /// When the controller braked, s.
+    /// When the controller braked, s, and why.
     braked: Option<f64>,
+    cause: String,
+    /// Names of the supervisor's causes, of which the signal before the brakes has the number.
+    causes: Vec<String>,
     /// Places of the brakes among the signals; the reference follows.
     brakes: Range<usize>,
     /// When the run ends unless the controller brakes, s.
@@ -148,9 +151,14 @@ impl Watch {
             Ok(port) => start_value(system, &experiment.settings, port)?.max(1.0),
             Err(_) => 1.0,
         };
+        let cause = system.port_of(tip.component, "supervisor.cause").ok();
+        let variables = &system.fmus[tip.component].description.variables;
+        let items = cause.map_or(&[][..], |port| variables[port.variable].items());
+        ports.extend(cause);
+        let first_brake = ports.len();
         let brake = |k| system.port_of(tip.component, &format!("brake[{k}]"));
         ports.extend((1..=3).flat_map(brake));
-        let brakes = 4..ports.len();
+        let brakes = first_brake..ports.len();
         ports.extend(reference_ports(system));
         Ok(Self {
             signals: Signals::new(system, &ports)?,
@@ -161,6 +169,8 @@ impl Watch {
             force: 0.0,
             load: 0.0,
             braked: None,
+            cause: String::new(),
+            causes: items.iter().map(|item| item.name.clone()).collect(),
             end: f64::INFINITY,
             ended: None,
         })
@@ -170,8 +180,14 @@ impl Watch {
     fn stopped(&self) -> (Fate, String) {
         let mut rods = self.swings.rods.iter();
         match rods.position(|rod| rod.rms > SWINGS) {
-            None => (Fate::Stopped, "the controller braked".into()),
-            Some(k) => (Fate::Lost, format!("rod {} swings under its brake", k + 1)),
+            None => (
+                Fate::Stopped,
+                format!("the controller braked{}", self.cause),
+            ),
+            Some(k) => (
+                Fate::Lost,
+                format!("rod {} swings under its brake{}", k + 1, self.cause),
+            ),
         }
     }
 }
@@ -197,8 +213,11 @@ impl Observer for Watch {
         if self.force > HUGE {
             self.ended = Some((Fate::Lost, "a rod's force".into()));
         }
-        if is_braked {
-            self.braked.get_or_insert(self.time);
+        if is_braked && self.braked.is_none() {
+            self.braked = Some(self.time);
+            let number = values[self.brakes.start - 1] as usize;
+            let name = self.causes.get(number.wrapping_sub(1));
+            self.cause = name.map_or(String::new(), |name| format!(": {name}"));
         }
         match self.braked {
             None if error > FAR => {

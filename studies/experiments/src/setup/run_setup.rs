@@ -33,11 +33,22 @@ const MARGIN: f64 = 2.0;
 const OPTIONAL: [(&str, &[&str]); 5] = [
     ("Emla", ACTUATOR),
     ("Rig", ACTUATOR),
-    ("Hdrm", &["wrench_env", "base", "load"]),
+    ("Hdrm", &["wrench_env", "base", "load", "wrist"]),
     ("Controller", CONTROLLER),
     ("DcLink", &["T_ambient"]),
 ];
-const CONTROLLER: &[&str] = &["x", "v_dc", "T_winding", "reference", "base", "rate"];
+const CONTROLLER: &[&str] = &[
+    "x",
+    "v_dc",
+    "T_winding",
+    "reference",
+    "base",
+    "rate",
+    "tripped",
+    "theta_m",
+    "reset",
+    "supply",
+];
 const ACTUATOR: &[&str] = &["v_dc", "enable", "brake", "T_ambient", "F_ext"];
 
 /// Arguments that choose the machine and how it is run.

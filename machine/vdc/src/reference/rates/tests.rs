@@ -4,6 +4,7 @@ use super::*;
 use nalgebra::Vector3;
 
 const H: f64 = 1e-3;
+const FREE: [(f64, usize); 2] = [(f64::INFINITY, 0); 2];
 
 /// Reproducible numbers in (0, 1): Weyl's sequence of the golden ratio, hashed by a sine.
 struct Random(f64);
@@ -53,7 +54,17 @@ impl Run {
             rates,
             motion,
         } = self;
-        rates.advance(motion, tree, command, input, h);
+        // The machine follows at once.
+        let input = Input {
+            zeta: motion.zeta.into(),
+            zeta_dot: motion.zeta_dot.into(),
+            ..*input
+        };
+        let bounds = ReferenceBounds {
+            ahead: [1.0; DOF],
+            room: Room::default(),
+        };
+        rates.advance(motion, tree, command, &input, &bounds, h);
     }
 }
 
@@ -248,14 +259,14 @@ fn joints_slow_down_before_the_ends() {
         let a = BRAKE_SHARE * rates.limits.joint_acceleration[i];
         for ahead in [0.0, 1e-3, 0.01, 0.03] {
             let zeta = rates.range[i][1] - ahead;
-            let (v, _) = rates.allowed(i, zeta, RateCommand::Joint).high;
+            let (v, _) = rates.allowed(i, zeta, RateCommand::Joint, FREE).high;
             let way = v * v / (2.0 * a) + 4.0 * rates.limits.smoothing * v;
             assert!((way - ahead).abs() < 1e-14, "joint {i}: {way} for {ahead}");
             assert!(v < rates.largest_rate(i));
         }
         let [low, high] = rates.range[i];
         let middle = 0.5 * (low + high);
-        let AllowedRates { low, high } = rates.allowed(i, middle, RateCommand::Joint);
+        let AllowedRates { low, high } = rates.allowed(i, middle, RateCommand::Joint, FREE);
         assert_eq!([-low.0, high.0], [rates.largest_rate(i); 2]);
     }
 }
@@ -281,11 +292,72 @@ fn commands_are_held_where_less_than_half_is_allowed() {
         for (share, is_held) in [(1.9, false), (2.1, true), (-1.9, false), (-2.1, true)] {
             let mut commands = [0.0; DOF];
             commands[joint] = share * bound;
-            let (wanted, held) = rates.joint_accelerations(&motion, &commands, &allowed, 0.5);
+            let (wanted, _, held) = rates.joint_accelerations(&motion, &commands, &allowed, 0.5);
             let mut expected = CommandHolds::default();
             expected.joint[joint] = is_held;
             assert_eq!(held, expected);
             assert_eq!(wanted[joint], share * bound / 0.5);
         }
     }
+}
+
+/// Joints that something holds, under a full command: their references wait within the distance
+/// that is allowed, and say so. Released, they return to their joints within three seconds and stay;
+/// told to go back, they go at once.
+#[test]
+fn a_reference_waits_for_joints_that_are_held_and_returns() {
+    let Run {
+        tree,
+        rates,
+        mut motion,
+    } = Run::new(&Machine::reference());
+    let held = motion.zeta;
+    let bounds = ReferenceBounds {
+        ahead: [0.004, 0.003, 0.006, 0.03, 0.02, 0.04],
+        room: Room::default(),
+    };
+    let hold = |share: f64, seconds: f64, motion: &mut Motion| {
+        let input = Input {
+            zeta: held.into(),
+            rate_joint: std::array::from_fn(|i| share * rates.limits.joint[i] * [1.0, -1.0][i % 2]),
+            ..Input::default()
+        };
+        for _ in 0..(seconds / H) as u32 {
+            rates.advance(motion, &tree, RateCommand::Joint, &input, &bounds, H);
+        }
+    };
+    let ahead = |motion: &Motion, i: usize| {
+        (motion.zeta[i] - held[i]) * [1.0, -1.0][i % 2] / bounds.ahead[i]
+    };
+    hold(1.0, 3.0, &mut motion);
+    for i in 0..DOF {
+        let share = ahead(&motion, i);
+        assert!((0.95..1.01).contains(&share), "joint {i}: {share}");
+        assert_eq!(motion.blocked[i], [1.0, -1.0][i % 2]);
+    }
+    let mut back = motion;
+    hold(0.0, 3.0, &mut motion);
+    for i in 0..DOF {
+        let share = ahead(&motion, i);
+        assert!(share.abs() < 0.15, "joint {i}: {share}");
+    }
+    assert!(!motion.is_blocked());
+    hold(-1.0, 0.3, &mut back);
+    for i in 0..DOF {
+        let share = ahead(&back, i);
+        assert!(share < 0.8, "joint {i}: {share}");
+    }
+}
+
+/// With the room of a rod the joint stops there, as at the end of its range.
+#[test]
+fn joints_slow_down_before_a_rod_holds_no_more() {
+    let rates = Run::new(&Machine::reference()).rates;
+    let zeta = 0.5 * (rates.range[2][0] + rates.range[2][1]);
+    let room = [(f64::INFINITY, 0), (0.01, 2)];
+    let AllowedRates { low, high } = rates.allowed(2, zeta, RateCommand::Joint, room);
+    assert_eq!(-low.0, rates.largest_rate(2));
+    let brake = BRAKE_SHARE * rates.limits.joint_acceleration[2];
+    assert_eq!(high.0, rates.limits.speed_before(0.01, brake));
+    assert!(high.1 == Hold::Rod(2));
 }

@@ -1,0 +1,73 @@
+//! How long the reference has stood still, for `controller`: after a while the machine is where it
+//! may stay for long, and has the gains with which it rests at any pose.
+
+use crate::reference::DesiredMotion;
+use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
+
+/// Time for which the gains of a path stay, s: longer than the rest before a path.
+const STAYS: f64 = 4.5;
+/// Time in which they fall, and in which they return once the reference moves, s.
+const FALLS: f64 = 0.5;
+const RETURNS: f64 = 0.1;
+
+/// The reference of the step before, and for how long it has stood still, s, at most until the gains
+/// have fallen.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Standstill {
+    last: Option<DesiredMotion>,
+    time: f64,
+}
+
+impl Standstill {
+    /// Share of the gains' fall, 0 to 1.
+    pub(crate) fn share(&self) -> f64 {
+        ((self.time - STAYS) / FALLS).max(0.0)
+    }
+
+    /// Advances by `h` s with the reference `desired` held.
+    pub(crate) fn advance(&mut self, desired: &DesiredMotion, h: f64) {
+        let stands = desired.velocity == Vector3::zeros()
+            && desired.angular_velocity == Vector3::zeros()
+            && self.last.as_ref() == Some(desired);
+        self.last = Some(*desired);
+        self.time = match self.share() {
+            _ if stands => (self.time + h).min(STAYS + FALLS),
+            0.0 => 0.0,
+            _ => self.time - h * FALLS / RETURNS,
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::UnitQuaternion;
+
+    const H: f64 = 1e-3;
+
+    /// What stands in place `x`, m.
+    fn at(x: f64) -> DesiredMotion {
+        DesiredMotion::rest(Vector3::new(x, 0.0, 0.0), UnitQuaternion::identity())
+    }
+
+    fn after(standstill: &mut Standstill, seconds: f64, x: impl Fn(f64) -> f64) -> f64 {
+        for k in 0..(seconds / H).round() as u32 {
+            standstill.advance(&at(x(H * f64::from(k))), H);
+        }
+        standstill.share()
+    }
+
+    /// None of it in the rest before a path, the whole after 5 s, and none 0.1 s after a start; a
+    /// position that moves without a velocity, as from an importer that gives none, is no rest.
+    #[test]
+    fn gains_fall_after_a_while_at_rest() {
+        let mut standstill = Standstill::default();
+        assert_eq!(after(&mut standstill, 4.0, |_| 0.3), 0.0);
+        let half = after(&mut standstill, 0.75, |_| 0.3);
+        assert!((half - 0.5).abs() < 3.0 * H / FALLS, "{half}");
+        assert!((after(&mut standstill, 5.0, |_| 0.3) - 1.0).abs() < 1e-12);
+        assert_eq!(after(&mut standstill, 0.103, |t| 0.3 + t), 0.0);
+        assert_eq!(after(&mut standstill, 20.0, |t| 1e-3 * t), 0.0);
+    }
+}

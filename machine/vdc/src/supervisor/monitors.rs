@@ -1,0 +1,420 @@
+//! Monitors of plausibility, run by the supervisor in each step: whether the machine follows, and
+//! whether what the sensors and drives say agrees. Each compares two ways to one quantity, and
+//! alarms when they differ by more than machine and law explain, for longer than a transient.
+//!
+//! - The tip's error asks, through the feedback Λ, for no more than the largest speed of the tip and
+//!   of a joint of the wrist; 0.7 of it does not outlive three time constants of the law's integral;
+//!   it does not jump by a quarter.
+//! - A joint's angle is the integral of its rate, and rod and motor move together, but for what the
+//!   mounting gives way and the play.
+//! - A joint that is to move shows other counts; a reading with noise never repeats for long.
+//! - The torque of a motor carries the measured force, but for friction and a factor, that of
+//!   magnets and gear, which is found while the machine runs; its current is the commanded one.
+//! - A joint of the wrist does not keep a rate that nobody commands; it may ring.
+//!
+//! Differences of positions are those of rates, integrated with the forgetting time [`FORGETS`]: so
+//! zero errors and a gain error of the geometry do not count.
+
+use super::cause::Cause;
+use crate::nominal::Nominal;
+use crate::reference::RateLimits;
+use crate::settings::Settings;
+use crate::signals::Input;
+use emla::maps;
+use hdrm::DOF;
+use serde::{Deserialize, Serialize};
+
+/// Time over which differences of rates are integrated, s.
+const FORGETS: f64 = 0.25;
+/// Parts of the largest error: that must not come within a step, that must not last, and below which
+/// the machine has found its balance.
+const SLOW: f64 = 0.25;
+const LASTING: f64 = 0.7;
+const SETTLED: f64 = 0.08;
+/// Time constants of the law's integral within which it removes an error.
+const REMOVED: f64 = 3.0;
+/// Time for which a difference must last, s: readings may be lost or late.
+const LASTS: f64 = 0.01;
+/// Part of a bound below which an alarm that builds up is forgotten.
+const RELEASES: f64 = 0.8;
+/// Difference of angle and integrated rate, rad: speeds by difference lag by a filter of 5 ms, at
+/// twice the largest acceleration of a joint 1 rad/s².
+const ANGLE: f64 = 2.0 * 1.0 * 0.005 * FORGETS;
+/// Difference of joint and motor at the rod, m, without a change of force: play of screw and pins.
+const PLAY: f64 = 5e-4;
+/// Error of the nominal gear from joint to rod: some per cent of a short lever.
+const GEAR: f64 = 0.05;
+/// Stiffness of the softest mounting, N/m.
+const SOFTEST: f64 = 12e6;
+/// Motion that a joint is to make, with the forgetting time, while its encoder shows the same count,
+/// rad. A joint of the wrist sticks at its turn, the more the less it bears; the second bears the
+/// payload, and without its encoder it runs away.
+const UNSEEN: [f64; DOF] = [0.02, 0.02, 0.02, 0.04, 0.025, 0.05];
+/// Steps in which a noisy reading changes each time before it is known as noisy, and in which it
+/// then may repeat.
+const NOISY: u32 = 200;
+const REPEATS: u32 = 50;
+/// Torque that friction explains, over that of the rated force.
+const UNEXPLAINED: f64 = 0.25;
+/// Factors of torque that motors have, by their magnets and their temperature, and the time in which
+/// the factor is found, s, at the start a tenth of it.
+const FACTOR: [f64; 2] = [0.55, 1.8];
+const FOUND: f64 = 2.0;
+/// Bandwidth of the comparisons of torque, current and rates of the wrist, 1/s: a wrist with an
+/// empty hook rings above it.
+const SMOOTHED: f64 = 50.0;
+/// Current that errors of sensor and regulator explain, over the largest.
+const CURRENT: f64 = 0.05;
+/// Rate of a wrist joint over the largest that is commanded: of one that finds its balance, and
+/// later beyond the wanted one. The last has the least inertia, and jumps when it no longer sticks.
+const UNSETTLED: f64 = 4.0;
+const RUNAWAY: [f64; 3] = [1.5, 1.5, 2.5];
+
+/// What the law makes of the measurements, which the monitors compare them with.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Plausibility {
+    /// Desired minus actual tip position, m, and angle between the orientations, rad.
+    pub(crate) tip_error: [f64; 3],
+    pub(crate) orientation_error: f64,
+    /// Whether commanded rates wait for a joint that does not follow: the error is bounded then.
+    pub(crate) waits: bool,
+    /// Rod travel per angle of the first three joints, m/rad.
+    pub(crate) primes: [f64; 3],
+    /// Required joint rates, rad/s.
+    pub(crate) zeta_dot_r: [f64; DOF],
+    /// Required quadrature-axis currents, A.
+    pub(crate) i_q_required: [f64; 3],
+}
+
+/// A difference beyond its bound, with hysteresis.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct Alarm {
+    /// Time for which it has lasted, s.
+    lasted: f64,
+}
+
+impl Alarm {
+    /// Whether `size` has been above `bound` for `time` s; it is forgotten below [`RELEASES`] of it.
+    fn add(&mut self, size: f64, bound: f64, time: f64, h: f64) -> bool {
+        if size > bound {
+            self.lasted += h;
+        } else if size < RELEASES * bound {
+            self.lasted = 0.0;
+        }
+        self.lasted > time
+    }
+}
+
+/// Whether a reading that used to change repeats.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct Repeats {
+    last: f64,
+    changes: u32,
+    repeats: u32,
+}
+
+impl Repeats {
+    /// Adds a reading; true while it changes as noise does.
+    fn add(&mut self, reading: f64) -> bool {
+        if reading == self.last {
+            self.repeats += 1;
+        } else {
+            self.changes = if self.repeats > 0 {
+                0
+            } else {
+                self.changes.saturating_add(1)
+            };
+            self.repeats = 0;
+        }
+        self.last = reading;
+        self.repeats == 0
+    }
+
+    fn is_stale(&self) -> bool {
+        self.changes >= NOISY && self.repeats >= REPEATS
+    }
+}
+
+/// States of all monitors.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+pub(crate) struct Monitors {
+    has_begun: bool,
+    /// Of the largest tip error, and of one that lasts.
+    following: [Alarm; 2],
+    /// Time for which the error has been small, s: while a machine finds its balance after the start,
+    /// only jumps count.
+    settled: f64,
+    /// Errors of the step before, m and rad.
+    error: [f64; 3],
+    orientation_error: f64,
+    /// Angles that the integrated rates lead to, rad.
+    angles: [f64; DOF],
+    rates: [Alarm; DOF],
+    /// Differences of the rods' ways by joint and by motor, and by joint and by rod, m.
+    ways: [[f64; 2]; 3],
+    /// Ways of the rods by their joints, with the forgetting time, m.
+    travelled: [f64; 3],
+    encoders: [[Alarm; 2]; 3],
+    /// Forces with the forgetting time, N.
+    forces: [f64; 3],
+    /// Angles read last, rad, and motion wanted since they changed, rad.
+    read: [f64; DOF],
+    unseen: [f64; DOF],
+    /// Currents and forces.
+    noisy: [[Repeats; 3]; 3],
+    /// Torque that force and friction do not explain, as z of the observer `ω (z − J w)`, N·m·s.
+    torques: [f64; 3],
+    /// Factor of each motor's torque, and the time for which it has been looked for, s.
+    factors: [f64; 3],
+    looked: f64,
+    drags: [Alarm; 3],
+    /// Smoothed differences of direct and quadrature current from their commands, A.
+    currents: [[f64; 2]; 3],
+    disobeys: [Alarm; 3],
+    /// Currents commanded in the step before, A.
+    commanded: [f64; 3],
+    /// Rates of the wrist, and their differences from the wanted ones, smoothed, rad/s.
+    wrist: [[f64; 2]; 3],
+    /// Drives of rods and wrist that do not do what they are told.
+    pub(super) erring: [bool; DOF],
+}
+
+impl Monitors {
+    /// Advances by `h` s with the measurements `input` and what belongs to them, `now`; the first cause for
+    /// alarm.
+    pub(crate) fn advance(
+        &mut self,
+        now: &Plausibility,
+        nominal: &Nominal,
+        settings: &Settings,
+        input: &Input,
+        h: f64,
+    ) -> Option<Cause> {
+        if !self.has_begun {
+            self.begin(now, nominal, input);
+        }
+        let alarms = [
+            (
+                Cause::Current,
+                self.currents(now, nominal, settings, input, h),
+            ),
+            (Cause::JointRate, self.angles(input, h)),
+            (Cause::JointEncoder, self.rods(now, nominal, input, h)),
+            (Cause::Stale, self.stale(now, input, h)),
+            (Cause::Torque, self.torques(nominal, input, h)),
+            (
+                Cause::WristRate,
+                self.wrist_runs_away(now, settings, input, h),
+            ),
+            (Cause::Following, self.following(now, settings, h)),
+        ];
+        let first = alarms.into_iter().find(|(_, is_on)| *is_on);
+        first.map(|(cause, _)| cause)
+    }
+
+    fn begin(&mut self, now: &Plausibility, nominal: &Nominal, input: &Input) {
+        *self = Self {
+            has_begun: true,
+            error: now.tip_error,
+            orientation_error: now.orientation_error,
+            angles: input.zeta,
+            forces: input.F,
+            read: input.zeta,
+            commanded: now.i_q_required,
+            factors: [1.0; 3],
+            torques: std::array::from_fn(|i| {
+                maps::inertia(nominal.parameters()[i], 1.0) * input.w_m[i]
+            }),
+            ..Self::default()
+        };
+    }
+
+    /// Errors of the tip's position and orientation, over those at which the feedback asks for the
+    /// largest speed of the tip and of a joint of the wrist.
+    fn following(&mut self, now: &Plausibility, settings: &Settings, h: f64) -> bool {
+        let (gains, limits) = (&settings.gains, RateLimits::default());
+        let most = limits.tip[0] / gains.Lambda_position;
+        let over_most = |distance: f64, angle: f64| {
+            (distance / most).max(angle.abs() * gains.Lambda_orientation / limits.joint[DOF - 1])
+        };
+        let error = over_most(length(now.tip_error), now.orientation_error);
+        let jump = length(std::array::from_fn(|k| now.tip_error[k] - self.error[k]));
+        let jumps = over_most(jump, now.orientation_error - self.orientation_error) > SLOW;
+        (self.error, self.orientation_error) = (now.tip_error, now.orientation_error);
+        // Without a model the error is that of the load, and the law has no bound for it.
+        let has_model = settings.mode.law().knows_actuators();
+        let removes = removes(settings);
+        if now.waits {
+            self.settled = 0.0;
+        }
+        if self.settled < removes {
+            self.settled = if error < SETTLED {
+                self.settled + h
+            } else {
+                0.0
+            };
+            return jumps;
+        }
+        let lasts = self.following[1].add(error, LASTING, removes, h);
+        let is_far = self.following[0].add(error, 1.0, LASTS, h);
+        jumps || has_model && (is_far || lasts)
+    }
+
+    /// Angles compared with their integrated rates.
+    fn angles(&mut self, input: &Input, h: f64) -> bool {
+        let forgets = share(h / FORGETS);
+        let mut is_on = false;
+        for j in 0..DOF {
+            let angle = &mut self.angles[j];
+            *angle += h * input.zeta_dot[j];
+            let difference = input.zeta[j] - *angle;
+            *angle += forgets * difference;
+            is_on |= self.rates[j].add(difference.abs(), ANGLE, LASTS, h);
+        }
+        is_on
+    }
+
+    /// Ways of the rods by their joints, by the motors, and by their own encoders.
+    fn rods(&mut self, now: &Plausibility, nominal: &Nominal, input: &Input, h: f64) -> bool {
+        let forgets = share(h / FORGETS);
+        let mut is_on = false;
+        for i in 0..3 {
+            let by_joint = now.primes[i] * input.zeta_dot[i];
+            let by_motor = maps::travel_per_radian(nominal.parameters()[i]) * input.w_m[i];
+            self.forces[i] += forgets * (input.F[i] - self.forces[i]);
+            self.travelled[i] += h * by_joint - forgets * self.travelled[i];
+            let geared = PLAY + GEAR * self.travelled[i].abs();
+            let bound = geared + (input.F[i] - self.forces[i]).abs() / SOFTEST;
+            for (k, (other, bound)) in [(by_motor, bound), (input.x_dot[i], geared)]
+                .into_iter()
+                .enumerate()
+            {
+                let way = &mut self.ways[i][k];
+                *way += h * (by_joint - other);
+                *way -= forgets * *way;
+                is_on |= self.encoders[i][k].add(way.abs(), bound, LASTS, h);
+            }
+        }
+        is_on
+    }
+
+    /// Encoders that show no motion, and readings without their noise. Where all noise is gone, the
+    /// machine has none.
+    fn stale(&mut self, now: &Plausibility, input: &Input, h: f64) -> bool {
+        let (mut is_on, forgets) = (false, share(h / FORGETS));
+        for (j, most) in UNSEEN.into_iter().enumerate() {
+            if input.zeta[j] == self.read[j] {
+                self.unseen[j] += h * now.zeta_dot_r[j] - forgets * self.unseen[j];
+            } else {
+                (self.read[j], self.unseen[j]) = (input.zeta[j], 0.0);
+            }
+            is_on |= self.unseen[j].abs() > most;
+        }
+        let (mut is_noisy, mut is_stale) = (false, false);
+        for (i, noisy) in self.noisy.iter_mut().enumerate() {
+            let readings = [input.i_d[i], input.i_q[i], input.F[i]];
+            for (repeats, reading) in noisy.iter_mut().zip(readings) {
+                is_noisy |= repeats.add(reading) && repeats.changes >= NOISY;
+                is_stale |= repeats.is_stale();
+            }
+        }
+        is_on || is_noisy && is_stale
+    }
+
+    /// Torques of the motors compared with what the measured forces ask for:
+    /// ```text
+    /// k' = (τ − k τ_F) τ_F/(T (τ_F² + (b τ_rated)²))
+    /// ```
+    fn torques(&mut self, nominal: &Nominal, input: &Input, h: f64) -> bool {
+        let reached = share(h * SMOOTHED);
+        self.looked += h;
+        let found = share(h / self.looked.clamp(0.1 * FOUND, FOUND));
+        let is_found = self.looked > 0.5 * FOUND;
+        let mut is_on = false;
+        for i in 0..3 {
+            let p = nominal.parameters()[i];
+            let momentum = maps::inertia(p, 1.0) * input.w_m[i];
+            let needed = maps::required_torque(p, input.F[i], input.w_m[i], 0.0);
+            let bound = UNEXPLAINED * nominal.ratings[i][0] * maps::travel_per_radian(p);
+            let factor = &mut self.factors[i];
+            let more = maps::torque(p, input.i_d[i], input.i_q[i]) - *factor * needed;
+            *factor += found * more * needed / (needed * needed + bound * bound);
+            let z = &mut self.torques[i];
+            *z += reached * (momentum - *z + more / SMOOTHED);
+            let unexplained = (SMOOTHED * (*z - momentum)).abs();
+            let is_odd = !(FACTOR[0]..FACTOR[1]).contains(factor);
+            let size = if is_odd { f64::INFINITY } else { unexplained };
+            let drags = self.drags[i].add(size, bound, 5.0 / SMOOTHED, h);
+            self.erring[i] |= drags && (is_found || is_odd);
+            is_on |= self.erring[i];
+        }
+        is_on
+    }
+
+    /// Currents compared with their commands, where the drives regulate them.
+    fn currents(
+        &mut self,
+        now: &Plausibility,
+        nominal: &Nominal,
+        settings: &Settings,
+        input: &Input,
+        h: f64,
+    ) -> bool {
+        if !settings.current_loop {
+            return false;
+        }
+        let reached = share(h * SMOOTHED);
+        let mut is_on = false;
+        for i in 0..3 {
+            let differences = [input.i_d[i], input.i_q[i] - self.commanded[i]];
+            let [d, q] = &mut self.currents[i];
+            *d += reached * (differences[0] - *d);
+            *q += reached * (differences[1] - *q);
+            let size = (*d * *d + *q * *q).sqrt();
+            let bound = CURRENT * nominal.parameters()[i].i_max;
+            let disobeys = self.disobeys[i].add(size, bound, 0.0, h);
+            self.erring[i] |= disobeys;
+            is_on |= disobeys;
+        }
+        self.commanded = now.i_q_required;
+        is_on
+    }
+
+    /// Whether a joint of the wrist is faster than any command, or than what is wanted of it.
+    fn wrist_runs_away(
+        &mut self,
+        now: &Plausibility,
+        settings: &Settings,
+        input: &Input,
+        h: f64,
+    ) -> bool {
+        let (limits, reached) = (RateLimits::default().joint, share(h * SMOOTHED));
+        let is_settled = self.settled >= removes(settings);
+        let mut is_on = false;
+        for (j, [rate, more]) in (3..DOF).zip(&mut self.wrist) {
+            *rate += reached * (input.zeta_dot[j] - *rate);
+            *more += reached * (input.zeta_dot[j] - now.zeta_dot_r[j] - *more);
+            self.erring[j] |= rate.abs() > UNSETTLED * limits[j]
+                || is_settled && more.abs() > RUNAWAY[j - 3] * limits[j];
+            is_on |= self.erring[j];
+        }
+        is_on
+    }
+}
+
+/// Time in which the law's integral removes an error, s.
+fn removes(settings: &Settings) -> f64 {
+    REMOVED / settings.gains.omega_tip.max(1e-3)
+}
+
+fn length(of: [f64; 3]) -> f64 {
+    of.iter().map(|part| part * part).sum::<f64>().sqrt()
+}
+
+/// Share of a step that a first-order lag reaches in a time of `over` time constants.
+fn share(over: f64) -> f64 {
+    -libm::expm1(-over)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,17 @@
+"""Single faults on `Real.ssp`, by `hdrm-fmu faults`: those that a machine without monitors was thrown by are stopped in time."""
+
+import json
+
+from native import call
+
+THROWN = ("controller.zeta[2] freeze", "controller.zeta[3] freeze", "controller.zeta[5] freeze", "sensors.zeta[2] bias", "emla_2.i_q_required freeze")
+
+
+def test_faults_that_threw_the_machine_are_stopped(fmu_dir, tmp_path):
+    only = [option for name in THROWN for option in ("--only", name)]
+    found = tmp_path / "faults.json"
+    call("hdrm-fmu", "faults", "--system", fmu_dir / "Real.ssp", "--path", "triangular", "--payload", 300, *only, "--json", found, "--check")
+    runs = json.loads(found.read_text())["faults"]
+    assert len(runs) == 3 * len(THROWN)
+    for run in runs:
+        assert run["fate"] == "stopped" and run["braked"] < 1, run
