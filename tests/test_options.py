@@ -96,6 +96,7 @@ RUN_FMUS = COMMON | {
     "--interface": Refused("--interface a=me", "offers Co-Simulation only, no Model Exchange"),
     "--solver": Refused("--solver a=stiff", "only components of Model Exchange are integrated here"),
     "--isolate": Refused("--isolate x", "--isolate x: the system has no component of this name; it has a, b"),
+    "--prefer": Refused("--prefer x", "--prefer x: it must be library or wasm"),
     "--call-timeout": Refused("--call-timeout 1", "--call-timeout is for components in processes of their own"),
     "--memory-limit": Refused("--memory-limit 1GB", "--memory-limit is for components in processes of their own"),
     "--rate": Acts("--rate b=0.05"),
@@ -126,6 +127,7 @@ RUN_SYSTEM = COMMON | {
     "--interface": Refused("--interface spring=me", "offers Co-Simulation only, no Model Exchange"),
     "--solver": Refused("--solver spring=stiff", "only components of Model Exchange are integrated here"),
     "--isolate": Refused("--isolate x", "--isolate x: the system has no component of this name"),
+    "--prefer": Refused("--prefer x", "--prefer x: it must be library or wasm"),
     "--call-timeout": Refused("--call-timeout 1", "--call-timeout is for components in processes of their own"),
     "--memory-limit": Refused("--memory-limit 1GB", "--memory-limit is for components in processes of their own"),
     "--rate": Acts("--rate spring=0.05"),
@@ -152,7 +154,7 @@ OF_SYSTEM |= {
     "free": "run o.ssp --set mass.x=1 --csv out.csv",
 }
 #: What `--system` and its companions do in the other commands of `cosim`.
-SYSTEM = {name: RUN_SYSTEM[name] for name in ("--fmi", "--fmu", "--variant", "--parameters", "--interface", "--solver", "--isolate", "--call-timeout", "--memory-limit", "--rate", "--feedthrough", "--solve-loops", "--fmu-dir",
+SYSTEM = {name: RUN_SYSTEM[name] for name in ("--fmi", "--fmu", "--variant", "--parameters", "--interface", "--solver", "--isolate", "--prefer", "--call-timeout", "--memory-limit", "--rate", "--feedthrough", "--solve-loops", "--fmu-dir",
     "--map")}
 BENCH_BASES = {name: words.replace("run ", "bench --repeat 1 --system ").replace(" --quiet", "") for name, words in OF_SYSTEM.items()}
 BENCH = SYSTEM | {
@@ -335,6 +337,7 @@ MACHINE = {
     "--interface": Acts("--interface hdrm=me"),
     "--solver": Refused("--solver hdrm=stiff", "only components of Model Exchange are integrated here"),
     "--isolate": Refused("--isolate x", "--isolate x: the system has no component of this name"),
+    "--prefer": Refused("--prefer x", "--prefer x: it must be library or wasm"),
     "--call-timeout": Refused("--call-timeout 1", "--call-timeout is for components in processes of their own"),
     "--memory-limit": Refused("--memory-limit 1GB", "--memory-limit is for components in processes of their own"),
     "--rate": Acts("--rate hdrm=0.0005"),

@@ -74,7 +74,7 @@ class System:
         default: Co-Simulation, if the FMU has it, or what the structure says.
     solver : method by which components of Model Exchange are integrated, `"explicit"`, `"stiff"` or `"fixed:1e-4"` (s), for all or by name.
     isolate : components that live in processes of their own, `"all"`, names or patterns, on Linux: what crashes or hangs there ends the run,
-        and not this Python. The package's program `cosim` hosts them.
+        and not this Python. The program `cosim` on PATH hosts them.
     call_timeout, memory_limit : longest time of a call, s, and most memory (`"500MB"`) of such a process.
     prefer : what runs of FMUs that have both, `"library"` or `"wasm"` (by the program `cosim-wasm`).
     solve_loops : solve algebraic loops, as `cosim run --solve-loops`, instead of refusing them.

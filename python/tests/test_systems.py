@@ -405,13 +405,14 @@ def test_the_interface_is_chosen_as_cosim_does(tmp_path):
     assert "Emla is integrated (Model Exchange)" in alone.attrs["findings"]
 
 
-def test_components_live_in_processes_of_their_own(tmp_path):
-    """The same numbers, by a run, by a script that steps it and by `cosim`; limits without a process are refused."""
+def test_components_live_in_processes_of_their_own(monkeypatch):
+    """The same numbers, by a run and by a script that steps it; limits without a process are refused. The program of a process is on PATH."""
+    monkeypatch.setenv("PATH", str(Path(program()).parent), prepend=os.pathsep)
     path, fmus = hdrm_fmu.systems()["Manipulator"], hdrm_fmu.fmus()
-    plain = System(path).run(stop_time=0.02, signals=["emla_2.F"])["emla_2.F"].tolist()
+    plain = System(path).run(stop_time=0.02, signals=["emla_2.F"])["emla_2.F"].values.tolist()
     for isolate in ("all", ["emla_*", "hdrm"]):
         run = System(path, isolate=isolate, call_timeout=60.0, memory_limit="2GB").run(stop_time=0.02, signals=["emla_2.F"])
-        assert run["emla_2.F"].tolist() == plain
+        assert run["emla_2.F"].values.tolist() == plain
     with System(path, isolate="emla_2") as stepped:
         stepped.step(20)
         assert stepped.get("emla_2.F") == plain[-1]
