@@ -15,6 +15,7 @@ from wasm_host import module_of
 
 HOST = shutil.which(os.environ.get("COSIM_WASM", FMU_DIR.parent / "release/cosim-wasm"))
 pytestmark = [
+    pytest.mark.slow,
     pytest.mark.skipif(HOST is None, reason="`cosim-wasm` is not built: `cargo xtask cosim-wasm`"),
     pytest.mark.skipif(not (WASM_DIR / "Hdrm.fmu").is_file(), reason=f"no FMUs with WebAssembly in {WASM_DIR}"),
 ]

@@ -404,7 +404,7 @@ def test_a_new_model_packs_without_a_change_and_a_panic_is_a_trap(lag):
 @pytest.mark.parametrize("model, reason", [
     ("fmi3/Hdrm.fmu", "Hdrm.fmu: it has no WebAssembly (binaries/wasm32-wasip2/Hdrm.wasm)"),
     ("Hdrm.fmu", "Hdrm.fmu: it is of FMI 2.0, for which there is no WebAssembly: take the FMU of FMI 3.0 instead"),
-    ("Manipulator.ssp", "Manipulator.ssp: resources/Controller.fmu: it is of FMI 2.0"),
+    ("Manipulator.ssp", "Manipulator.ssp: resources/Controller.fmu: it has no WebAssembly (binaries/wasm32-wasip2/Controller.wasm)"),
 ])
 def test_what_has_no_webassembly_gets_no_page(tmp_path, model, reason):
     """Of a package that FMU is named that cannot run in a page."""
