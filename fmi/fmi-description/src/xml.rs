@@ -300,6 +300,13 @@ impl Lines {
     }
 }
 
+/// A text as the value of an attribute that is written, with its quotes.
+pub fn quoted(text: &str) -> String {
+    let escaped = text.replace('&', "&amp;").replace('<', "&lt;");
+    let escaped = escaped.replace('"', "&quot;").replace('\n', "&#10;");
+    format!("\"{escaped}\"")
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

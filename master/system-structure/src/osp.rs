@@ -11,7 +11,7 @@ mod simulator;
 use std::collections::{HashMap, HashSet};
 use std::fmt::Write;
 
-use fmi_description::xml::{Element, XmlError};
+use fmi_description::xml::{Element, XmlError, quoted};
 use fmi_description::{Causality, Kind};
 
 use connections::Wire;
@@ -112,13 +112,6 @@ fn content<'t>(text: &'t str, element: &Element) -> &'t str {
     let begin = whole.find('>').map_or(whole.len(), |at| at + 1);
     let end = whole.rfind("</").unwrap_or(begin).max(begin);
     whole[begin..end].trim()
-}
-
-/// A text as the value of an attribute.
-fn quoted(text: &str) -> String {
-    let escaped = text.replace('&', "&amp;").replace('<', "&lt;");
-    let escaped = escaped.replace('"', "&quot;").replace('\n', "&#10;");
-    format!("\"{escaped}\"")
 }
 
 fn write(
