@@ -3,8 +3,9 @@
 //! Cargo.toml: results (CSV), inputs over time (`…_in.csv`), and parameter sets (SSV).
 
 use anyhow::{Context, Result, bail};
+use csv::ReaderBuilder;
 use fmi_description::Entries;
-use fmi_description::xml::Element;
+use fmi_description::xml::{Element, quoted};
 
 /// The folder next to the package's Cargo.toml.
 pub const SOURCE: &str = "reference";
@@ -52,8 +53,8 @@ pub fn place(entries: &mut Entries) -> Result<()> {
             bail!("{path} must be a result (.csv), an input (_in.csv) or a parameter set (.ssv)");
         };
         related += &format!(
-            "    <Related type=\"{media}\" source=\"{}\" role=\"{role}\" description=\"{description}\"/>\n",
-            escaped(name)
+            "    <Related type=\"{media}\" source={} role=\"{role}\" description=\"{description}\"/>\n",
+            quoted(name)
         );
         let bytes = entries.remove(&path).expect("a key of it");
         entries.insert(format!("{FOLDER}/{name}"), bytes);
@@ -65,12 +66,6 @@ pub fn place(entries: &mut Entries) -> Result<()> {
     );
     entries.insert(MANIFEST.to_owned(), manifest.into_bytes());
     Ok(())
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('"', "&quot;")
-        .replace('<', "&lt;")
 }
 
 /// The files that a manifest names.
@@ -147,13 +142,18 @@ impl Table {
     /// # Errors
     /// A row has another number of cells, or a time is no number or before the last one.
     pub fn parse(text: &str) -> Result<Self> {
-        let text = text.trim_start_matches('\u{feff}');
-        let mut lines = text.lines().filter(|line| !line.trim().is_empty());
-        let head = cells(lines.next().context("it is empty")?);
+        let mut reader = ReaderBuilder::new();
+        let mut reader = reader
+            .has_headers(false)
+            .flexible(true)
+            .from_reader(text.trim_start_matches('\u{feff}').as_bytes());
+        let is_row = |row: &csv::Result<Vec<String>>| !matches!(row.as_deref(), Ok([cell]) if cell.trim().is_empty());
+        let mut lines = reader.deserialize().filter(is_row);
+        let mut next = || lines.next().transpose();
+        let head = next()?.context("it is empty")?;
         let mut rows: Vec<(f64, Vec<String>)> = Vec::new();
-        for (k, line) in lines.enumerate() {
-            let mut row = cells(line);
-            let (n, line) = (row.len(), k + 2);
+        while let Some(mut row) = next()? {
+            let (n, line) = (row.len(), rows.len() + 2);
             if n != head.len() {
                 bail!("row {line} has {n} cells; it must have {}", head.len());
             }
@@ -184,19 +184,6 @@ impl Table {
         let next = next.map(|(to, next)| (&next[..], ((t - from) / (to - from)).max(0.0)));
         (row, next)
     }
-}
-
-/// The cells of a row; quotes around a cell are dropped.
-fn cells(line: &str) -> Vec<String> {
-    let (mut cells, mut is_quoted) = (vec![String::new()], false);
-    for c in line.trim_end_matches('\r').chars() {
-        match c {
-            '"' => is_quoted = !is_quoted,
-            ',' if !is_quoted => cells.push(String::new()),
-            c => cells.last_mut().expect("one at least").push(c),
-        }
-    }
-    cells
 }
 
 #[cfg(test)]
@@ -256,5 +243,7 @@ mod tests {
             (&quoted.names[0][..], &quoted.rows[0].1[0][..]),
             ("a,b", "1")
         );
+        let quoted = Table::parse("time,y\n0,\"say \"\"no\"\"\"\n \n").unwrap();
+        assert_eq!(quoted.rows, [(0.0, vec!["say \"no\"".to_owned()])]);
     }
 }

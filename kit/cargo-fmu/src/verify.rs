@@ -2,7 +2,6 @@
 //! the FMU carries (FMI-LS-REF), or writes such results.
 
 use std::collections::BTreeMap;
-use std::fmt::Write;
 use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -77,7 +76,7 @@ impl Arguments {
     }
 
     /// The text of a result with all outputs.
-    fn written(&self, fmu: &Fmu, references: &References) -> Result<String> {
+    fn written(&self, fmu: &Fmu, references: &References) -> Result<Vec<u8>> {
         let (start, stop) = span(fmu)?;
         let part = |k| f64::from(k) / f64::from(self.rows);
         let times: Vec<_> = (0..=self.rows)
@@ -91,17 +90,13 @@ impl Arguments {
             &Vec::from_iter(names.map(|v| v.name.clone())),
         )?;
         let found = simulate(fmu, references, &times, &variables)?;
-        let quoted = |text: &str| match text.contains([',', '"']) {
-            true => format!("\"{text}\""),
-            false => text.to_owned(),
-        };
-        let names = variables.iter().map(|column| quoted(&column.name));
-        let mut text = format!("time,{}\n", Vec::from_iter(names).join(","));
+        let mut text = csv::Writer::from_writer(Vec::new());
+        let names = variables.iter().map(|column| &*column.name);
+        text.write_record(["time"].into_iter().chain(names))?;
         for (t, row) in times.iter().zip(found) {
-            let cells = row.iter().map(|cell| quoted(cell));
-            writeln!(text, "{t},{}", Vec::from_iter(cells).join(","))?;
+            text.write_record([t.to_string()].iter().chain(&row))?;
         }
-        Ok(text)
+        Ok(text.into_inner()?)
     }
 
     /// What to say of a result, and whether it agrees.
