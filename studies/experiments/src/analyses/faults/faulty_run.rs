@@ -4,6 +4,7 @@
 use std::fmt::Write as _;
 
 use anyhow::Result;
+use cosim::exchange::faults::Faults;
 use cosim::master::Saved;
 use cosim::run::interrupt;
 use cosim::{Master, System};
@@ -88,7 +89,7 @@ impl<'a> Runner<'a> {
         let Instant { path, payload, .. } = self.instant;
         write!(name, "{path} {payload} kg {fault} {}", self.time())?;
         store.load_or_make(&name, system, &experiment, || {
-            let run = self.run(fault);
+            let run = self.run(&experiment.faults);
             interrupt::check()?;
             if run.is_err() {
                 // The next fault begins with instances of its own.
@@ -101,9 +102,8 @@ impl<'a> Runner<'a> {
         })
     }
 
-    fn run(&mut self, fault: &Fault) -> Result<FaultyRun> {
+    fn run(&mut self, faults: &Faults) -> Result<FaultyRun> {
         let (system, time) = (self.system, self.time());
-        let faults = fault.on_wire(system, time)?;
         if self.started.is_none() {
             let mut master = self.undisturbed.experiment.start(system)?;
             let step = master.stepping().step;
@@ -115,7 +115,7 @@ impl<'a> Runner<'a> {
         }
         let (master, saved) = self.started.as_mut().expect("started above");
         master.restore(saved)?;
-        master.apply_faults(system, &faults)?;
+        master.apply_faults(system, faults)?;
         let mut watch = Watch::new(self.undisturbed, self.oracle, time);
         while watch.ended.is_none() {
             if let Err(error) = master.step() {
