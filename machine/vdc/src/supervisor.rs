@@ -16,9 +16,8 @@ mod monitors;
 mod swing;
 
 pub use cause::Cause;
-pub(crate) use monitors::Plausibility;
+pub(crate) use monitors::{Moment, Plausibility};
 
-use crate::nominal::Nominal;
 use crate::reference::Motion;
 use crate::settings::Settings;
 use crate::signals::Input;
@@ -265,18 +264,11 @@ impl Supervisor {
         }
     }
 
-    /// Advances the monitors by `h` s with the measurements `input` and what belongs to them, `now`,
-    /// unless the machine is braked, also for want of supply; the first cause for alarm.
-    pub(crate) fn monitor(
-        &mut self,
-        now: &Plausibility,
-        nominal: &Nominal,
-        settings: &Settings,
-        input: &Input,
-        h: f64,
-    ) -> Option<Cause> {
-        if self.stage < Stage::Braking && !input.supply_missing {
-            return self.monitors.advance(now, nominal, settings, input, h);
+    /// Advances the monitors by a step, unless the machine is braked, also for want of supply; the
+    /// first cause for alarm.
+    pub(crate) fn monitor(&mut self, at: &Moment) -> Option<Cause> {
+        if self.stage < Stage::Braking && !at.input.supply_missing {
+            return self.monitors.advance(at);
         }
         if self.stage == Stage::Stopped {
             self.monitors = Monitors::default();

@@ -13,7 +13,7 @@ use crate::reference::{Motion, Reference, Target, feedback_at_rest};
 use crate::settings::{Level, Settings};
 use crate::signals::Input;
 use crate::state::State;
-use crate::supervisor::{Cause, Observed, Stage};
+use crate::supervisor::{Cause, Moment, Observed, Stage};
 use crate::tracking::at_joints;
 
 impl Controller {
@@ -241,7 +241,15 @@ fn supervise(
     let implausible = now
         .plausibility(state.motion.is_blocked())
         .filter(|_| !sets_off)
-        .and_then(|now| supervisor.monitor(&now, nominal, settings, input, h));
+        .and_then(|now| {
+            supervisor.monitor(&Moment {
+                now: &now,
+                nominal,
+                settings,
+                input,
+                h,
+            })
+        });
     let observed = Observed {
         errors: now.rod_errors(&input.F),
         is_overloaded: now.is_overloaded(&input.F, ratings),

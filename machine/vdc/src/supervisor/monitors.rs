@@ -86,6 +86,15 @@ pub(crate) struct Plausibility {
     pub(crate) i_q_required: [f64; 3],
 }
 
+/// What is compared in a step of `h` s: the measurements `input`, and what the law makes of them.
+pub(crate) struct Moment<'a> {
+    pub(crate) now: &'a Plausibility,
+    pub(crate) nominal: &'a Nominal,
+    pub(crate) settings: &'a Settings,
+    pub(crate) input: &'a Input,
+    pub(crate) h: f64,
+}
+
 /// A difference beyond its bound, with hysteresis.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Alarm {
@@ -180,39 +189,26 @@ pub(crate) struct Monitors {
 }
 
 impl Monitors {
-    /// Advances by `h` s with the measurements `input` and what belongs to them, `now`; the first cause for
-    /// alarm.
-    pub(crate) fn advance(
-        &mut self,
-        now: &Plausibility,
-        nominal: &Nominal,
-        settings: &Settings,
-        input: &Input,
-        h: f64,
-    ) -> Option<Cause> {
+    /// Advances by a step; the first cause for alarm.
+    pub(crate) fn advance(&mut self, at: &Moment) -> Option<Cause> {
         if !self.has_begun {
-            self.begin(now, nominal, input);
+            self.begin(at);
         }
         let alarms = [
-            (
-                Cause::Current,
-                self.currents(now, nominal, settings, input, h),
-            ),
-            (Cause::JointRate, self.angles(input, h)),
-            (Cause::JointEncoder, self.rods(now, nominal, input, h)),
-            (Cause::Stale, self.stale(now, input, h)),
-            (Cause::Torque, self.torques(nominal, input, h)),
-            (
-                Cause::WristRate,
-                self.wrist_runs_away(now, settings, input, h),
-            ),
-            (Cause::Following, self.following(now, settings, h)),
+            (Cause::Current, self.currents(at)),
+            (Cause::JointRate, self.angles(at)),
+            (Cause::JointEncoder, self.rods(at)),
+            (Cause::Stale, self.stale(at)),
+            (Cause::Torque, self.torques(at)),
+            (Cause::WristRate, self.wrist_runs_away(at)),
+            (Cause::Following, self.following(at)),
         ];
         let first = alarms.into_iter().find(|(_, is_on)| *is_on);
         first.map(|(cause, _)| cause)
     }
 
-    fn begin(&mut self, now: &Plausibility, nominal: &Nominal, input: &Input) {
+    fn begin(&mut self, at: &Moment) {
+        let (now, nominal, input) = (at.now, at.nominal, at.input);
         *self = Self {
             has_begun: true,
             error: now.tip_error,
@@ -231,7 +227,8 @@ impl Monitors {
 
     /// Errors of the tip's position and orientation, over those at which the feedback asks for the
     /// largest speed of the tip and of a joint of the wrist.
-    fn following(&mut self, now: &Plausibility, settings: &Settings, h: f64) -> bool {
+    fn following(&mut self, at: &Moment) -> bool {
+        let (now, settings, h) = (at.now, at.settings, at.h);
         let (gains, limits) = (&settings.gains, RateLimits::default());
         let most = limits.tip[0] / gains.Lambda_position;
         let over_most = |distance: f64, angle: f64| {
@@ -261,7 +258,8 @@ impl Monitors {
     }
 
     /// Angles compared with their integrated rates.
-    fn angles(&mut self, input: &Input, h: f64) -> bool {
+    fn angles(&mut self, at: &Moment) -> bool {
+        let (input, h) = (at.input, at.h);
         let forgets = share(h / FORGETS);
         let mut is_on = false;
         for j in 0..DOF {
@@ -275,7 +273,8 @@ impl Monitors {
     }
 
     /// Ways of the rods by their joints, by the motors, and by their own encoders.
-    fn rods(&mut self, now: &Plausibility, nominal: &Nominal, input: &Input, h: f64) -> bool {
+    fn rods(&mut self, at: &Moment) -> bool {
+        let (now, nominal, input, h) = (at.now, at.nominal, at.input, at.h);
         let forgets = share(h / FORGETS);
         let mut is_on = false;
         for i in 0..3 {
@@ -300,7 +299,8 @@ impl Monitors {
 
     /// Encoders that show no motion, and readings without their noise. Where all noise is gone, the
     /// machine has none.
-    fn stale(&mut self, now: &Plausibility, input: &Input, h: f64) -> bool {
+    fn stale(&mut self, at: &Moment) -> bool {
+        let (now, input, h) = (at.now, at.input, at.h);
         let (mut is_on, forgets) = (false, share(h / FORGETS));
         for (j, most) in UNSEEN.into_iter().enumerate() {
             if input.zeta[j] == self.read[j] {
@@ -325,7 +325,8 @@ impl Monitors {
     /// ```text
     /// k' = (τ − k τ_F) τ_F/(T (τ_F² + (b τ_rated)²))
     /// ```
-    fn torques(&mut self, nominal: &Nominal, input: &Input, h: f64) -> bool {
+    fn torques(&mut self, at: &Moment) -> bool {
+        let (nominal, input, h) = (at.nominal, at.input, at.h);
         let reached = share(h * SMOOTHED);
         self.looked += h;
         let found = share(h / self.looked.clamp(0.1 * FOUND, FOUND));
@@ -352,14 +353,8 @@ impl Monitors {
     }
 
     /// Currents compared with their commands, where the drives regulate them.
-    fn currents(
-        &mut self,
-        now: &Plausibility,
-        nominal: &Nominal,
-        settings: &Settings,
-        input: &Input,
-        h: f64,
-    ) -> bool {
+    fn currents(&mut self, at: &Moment) -> bool {
+        let (now, nominal, settings, input, h) = (at.now, at.nominal, at.settings, at.input, at.h);
         if !settings.current_loop {
             return false;
         }
@@ -381,13 +376,8 @@ impl Monitors {
     }
 
     /// Whether a joint of the wrist is faster than any command, or than what is wanted of it.
-    fn wrist_runs_away(
-        &mut self,
-        now: &Plausibility,
-        settings: &Settings,
-        input: &Input,
-        h: f64,
-    ) -> bool {
+    fn wrist_runs_away(&mut self, at: &Moment) -> bool {
+        let (now, settings, input, h) = (at.now, at.settings, at.input, at.h);
         let (limits, reached) = (RateLimits::default().joint, share(h * SMOOTHED));
         let is_settled = self.settled >= removes(settings);
         let mut is_on = false;

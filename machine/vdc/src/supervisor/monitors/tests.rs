@@ -66,6 +66,17 @@ impl Watched {
         (now, input)
     }
 
+    fn advance(&mut self, now: &Plausibility, input: &Input) -> Option<Cause> {
+        self.steps += 1;
+        self.monitors.advance(&Moment {
+            now,
+            nominal: &self.nominal,
+            settings: &self.settings,
+            input,
+            h: H,
+        })
+    }
+
     /// The first cause within `seconds` if `fault` alters what is read, from the second second on,
     /// and the time that it took, s.
     fn cause(
@@ -79,14 +90,7 @@ impl Watched {
             if t >= 0.0 {
                 fault(t, &mut now, &mut input);
             }
-            let Self {
-                monitors,
-                nominal,
-                settings,
-                steps,
-            } = self;
-            *steps += 1;
-            if let Some(cause) = monitors.advance(&now, nominal, settings, &input, H) {
+            if let Some(cause) = self.advance(&now, &input) {
                 assert!(t >= 0.0, "{cause:?} at {t} s, before the fault");
                 return Some((cause, t));
             }
@@ -239,14 +243,7 @@ fn a_factor_of_torque_is_found_and_its_change_is_an_alarm() {
         for _ in 0..5000 {
             let (mut now, mut input) = watched.healthy();
             scaled(factor, &mut now, &mut input);
-            let Watched {
-                monitors,
-                nominal,
-                settings,
-                steps,
-            } = &mut watched;
-            *steps += 1;
-            found = found.or(monitors.advance(&now, nominal, settings, &input, H));
+            found = found.or(watched.advance(&now, &input));
         }
         assert_eq!(found, None, "{factor}");
     }
