@@ -4,10 +4,13 @@
 
 mod importer;
 mod model;
+#[path = "../ways/mod.rs"]
+mod ways;
 
 use fmu_export::{check, model_description, model_description3};
-use importer::{Fmu, Way, reference};
+use importer::{Fmu, reference};
 use model::Ticking;
+use ways::Way;
 
 /// Oracle: the definitions of FMI 3.0.2, 2.2.9; the level 0.33 is reached at 0.33 s, as x' = 1.
 fn expected() -> Vec<[f64; 3]> {
