@@ -240,6 +240,7 @@ impl<'a> VariableElements<'a> {
             display_unit: self.unit("displayUnit"),
             is_relative: relative.map_or(Ok(false), |e| e.flag("relativeQuantity"))?,
             derivative: self.typed.whole("derivative")?,
+            mime_type: (self.element_with("mimeType")).map(|e| e.text("mimeType")),
             clocks: Vec::new(),
             timing: None,
             kind,

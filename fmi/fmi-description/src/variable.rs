@@ -59,6 +59,8 @@ pub struct Variable {
     pub display_unit: Option<String>,
     /// It is a difference, to which the offset of a unit does not apply (`relativeQuantity`).
     pub is_relative: bool,
+    /// What the bytes of a Binary are, if that is declared (FMI 3.0).
+    pub mime_type: Option<String>,
     /// Value references of the clocks at whose ticks it may change (FMI 3.0).
     pub clocks: Vec<u32>,
     /// The variable that it is the derivative of: by number from 1 in FMI 2.0, by value reference

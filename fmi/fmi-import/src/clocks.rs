@@ -5,7 +5,7 @@
 //! ticks in Event Mode. Between ticks the instance's memory has their values.
 
 use anyhow::{Result, bail};
-use fmi_description::{ClockInterval, ClockTiming, Description, Kind, Variable};
+use fmi_description::{Causality, ClockInterval, ClockTiming, Description, Kind, Variable};
 use serde::{Deserialize, Serialize};
 
 use crate::batch::{Batch, Layout};
@@ -15,6 +15,10 @@ use crate::batch::{Batch, Layout};
 pub struct ClockPlan {
     /// Clocks whose ticks the importer knows in advance.
     pub clocks: Vec<Clock>,
+    /// Names and references of output clocks.
+    pub(crate) outputs: Vec<(String, u32)>,
+    /// Number of triggered input clocks.
+    triggered: usize,
     /// Clocked inputs, set at a tick.
     pub(crate) inputs: Vec<Batch>,
     /// Clocked outputs and local variables, read at a tick.
@@ -33,6 +37,10 @@ impl ClockPlan {
                     reference: v.reference,
                     timing,
                 }),
+                None if v.kind == Kind::Clock && v.causality == Causality::Output => {
+                    plan.outputs.push((v.name.clone(), v.reference));
+                }
+                None if is_triggered(v) => plan.triggered += 1,
                 None if v.clocks.is_empty() || v.kind == Kind::Clock => {}
                 None if v.is_input() => plan.inputs.push(batch()),
                 None if v.is_computed() => plan.computed.push(batch()),
@@ -40,6 +48,13 @@ impl ClockPlan {
             }
         }
         plan
+    }
+}
+
+impl ClockPlan {
+    /// How many clocks there are.
+    pub fn count(&self) -> usize {
+        self.clocks.len() + self.outputs.len() + self.triggered
     }
 }
 

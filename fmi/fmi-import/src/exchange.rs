@@ -338,6 +338,11 @@ impl FmiInstance for ExchangeInstance {
             Call::Step(t, h) => return self.step(t, h).map(|()| 0.0),
             Call::Time => return Ok(self.work.borrow().tracked.time),
             Call::StopEarly(_) => return Ok(0.0), // steps do not end early
+            Call::InEvents => {
+                return Ok(f64::from(u8::from(
+                    self.work.borrow().tracked.is_in_event_mode,
+                )));
+            }
             Call::SetUp(mut experiment) => {
                 let work = &mut *self.work.borrow_mut();
                 work.tolerance = match experiment.has_tolerance {

@@ -156,6 +156,7 @@ impl FmiInstance for Fmi2Instance {
             ),
             Call::Terminate => (raw.terminate(), "fmi2Terminate"),
             Call::StopEarly(_)
+            | Call::InEvents
             | Call::EnterConfiguration
             | Call::ExitConfiguration
             | Call::Settle

@@ -22,7 +22,7 @@ use crate::clocks::{Clock, ClockPlan, TickTimes};
 use crate::digits::short;
 use crate::encoding::{as_bits, load, number};
 use crate::fmi_instance::{Arguments, Call, FmiInstance};
-use crate::raw::{Array, Experiment, RawInstance, StepEnd};
+use crate::raw::{Array, BinaryRoom, Experiment, RawInstance, StepEnd};
 use crate::saved;
 use crate::status::UNFIT;
 use crate::value::{Value, fits};
@@ -68,8 +68,12 @@ pub struct Fmi3Instance {
     /// What the run is told to be, until it begins.
     experiment: Cell<Experiment>,
     tracked: Tracked,
+    /// Output clocks that are connected: their ticks are passed on.
+    listened: RefCell<Vec<u32>>,
     /// Workspace for the values that one call passes.
     passed: RefCell<Vec<u64>>,
+    /// The same for bytes.
+    binaries: RefCell<BinaryRoom>,
     /// Workspace for the derivatives that one call passes.
     rates: RefCell<Vec<f64>>,
     plan: Arc<ClockPlan>,
@@ -97,9 +101,11 @@ impl Fmi3Instance {
                 memory: RefCell::new(layout.initial.clone()),
                 texts: RefCell::new(layout.texts.clone()),
                 clocks: RefCell::new(plan.clocks.iter().map(Clock::initial_ticks).collect()),
-                active: RefCell::new(Vec::with_capacity(plan.clocks.len())),
+                active: RefCell::new(Vec::with_capacity(plan.count())),
                 announced: Cell::new(f64::INFINITY),
             },
+            listened: RefCell::default(),
+            binaries: RefCell::default(),
             passed: RefCell::new(vec![0; layout.initial.len()]),
             rates: RefCell::new(vec![0.0; layout.initial.len()]),
             plan: plan.clone(),
@@ -159,7 +165,10 @@ impl Fmi3Instance {
             }
             if step.event_needed && self.has_events {
                 self.enter_events()?;
-                self.settle()?;
+                // The event of a whole step is handled by the master, who passes ticks on.
+                if is_short || self.listened.borrow().is_empty() {
+                    self.settle()?;
+                }
             }
             if !is_short {
                 return Ok(());
@@ -211,6 +220,9 @@ impl FmiInstance for Fmi3Instance {
                 Ok(())
             }
             Call::EnterEvents => self.enter_events(),
+            Call::InEvents => {
+                return Ok(f64::from(u8::from(self.tracked.mode.get() == Mode::Event)));
+            }
             Call::UpdateEvents => {
                 return self.update_events().map(|again| f64::from(u8::from(again)));
             }
@@ -235,14 +247,14 @@ impl FmiInstance for Fmi3Instance {
         }
         let (memory, texts) = (self.tracked.memory.borrow(), self.tracked.texts.borrow());
         for (value, slot) in values.iter_mut().zip(&batch.slots) {
-            *value = match batch.access {
-                Access::String | Access::Binary => {
-                    let text = texts.get(slot).cloned();
-                    text.unwrap_or_else(|| Value::empty(batch.access))
-                }
-                Access::UInt64 => Value::Whole(memory[*slot].into()),
-                _ => Value::Whole(memory[*slot].cast_signed().into()),
-            };
+            match batch.access {
+                Access::String | Access::Binary => match texts.get(slot) {
+                    Some(text) => value.clone_from(text),
+                    None => *value = Value::empty(batch.access),
+                },
+                Access::UInt64 => *value = Value::Whole(memory[*slot].into()),
+                _ => *value = Value::Whole(memory[*slot].cast_signed().into()),
+            }
         }
         Ok(())
     }
@@ -256,7 +268,7 @@ impl FmiInstance for Fmi3Instance {
         })?;
         for (value, slot) in values.iter().zip(&batch.slots) {
             match is_text {
-                true => drop(self.tracked.texts.borrow_mut().insert(*slot, value.clone())),
+                true => self.keep_text(*slot, value),
                 false => self.tracked.memory.borrow_mut()[*slot] = value.bits(),
             }
         }
@@ -265,6 +277,9 @@ impl FmiInstance for Fmi3Instance {
 
     fn get(&self, batch: &Batch, values: &mut [f64]) -> Result<()> {
         assert_eq!(batch.len(), values.len());
+        if batch.access == Access::Clock {
+            return self.get_clocks(&batch.references, values);
+        }
         if !batch.clocks.is_empty() {
             if self.is_accessible(batch) {
                 self.read_to_memory(batch)?;
@@ -290,6 +305,9 @@ impl FmiInstance for Fmi3Instance {
     fn set(&self, batch: &Batch, values: &[f64]) -> Result<()> {
         assert_eq!(batch.len(), values.len());
         let access = batch.access;
+        if access == Access::Clock {
+            return self.set_clocks(&batch.references, values);
+        }
         let is_float = matches!(access, Access::Real | Access::Float32);
         if !is_float && values.iter().any(|value| !fits(access, *value as i128)) {
             return Answer::refuse(UNFIT, "fmi3Set");

@@ -65,6 +65,8 @@ pub enum Call {
     LeaveEvents,
     /// Completes Event Mode, if the instance is in it.
     Settle,
+    /// Returns 1 if the instance is in Event Mode.
+    InEvents,
     /// Returns when Event Mode must be entered next, s; infinite if that is not known.
     NextEvent,
     /// Sets the time at which an event is handled, s. Model Exchange only.
@@ -124,9 +126,10 @@ pub trait FmiInstance {
     fn set_values(&self, batch: &Batch, values: &[Value]) -> Result<()>;
     /// Makes a call without values. What the version of FMI does not have is skipped.
     fn call(&self, call: Call) -> Result<f64>;
-    /// Gets values as numbers.
+    /// Gets values as numbers; of output clocks whether they tick at present, 1 or 0. From then on
+    /// these clocks are asked in Event Mode, and no tick of theirs is passed over.
     fn get(&self, batch: &Batch, values: &mut [f64]) -> Result<()>;
-    /// Sets values from numbers.
+    /// Sets values from numbers; input clocks tick that are set to 1.
     fn set(&self, batch: &Batch, values: &[f64]) -> Result<()>;
     /// Gets first time derivatives of Real outputs.
     fn get_derivatives(&self, batch: &Batch, values: &mut [f64]) -> Result<()>;

@@ -15,7 +15,7 @@
 mod calls;
 mod lists;
 
-pub use lists::Inquiry;
+pub use lists::{BinaryRoom, Inquiry};
 
 use std::ffi::{CStr, CString, c_int};
 use std::ptr;

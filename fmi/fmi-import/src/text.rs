@@ -66,21 +66,24 @@ unsafe fn read_first(text: Text, limit: usize) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// Reads `size` bytes; None if they are not there, or more than [`MAX_VALUE`].
+/// Reads `size` bytes into a buffer; false if they are not there, or more than [`MAX_VALUE`].
 ///
 /// # Safety
 /// On Linux any pointer may be given; elsewhere as many bytes must be readable.
-pub unsafe fn read_bytes(at: *const u8, size: usize) -> Option<Vec<u8>> {
+pub unsafe fn read_bytes(at: *const u8, size: usize, bytes: &mut Vec<u8>) -> bool {
+    bytes.clear();
     if size == 0 || size > MAX_VALUE {
-        return (size == 0).then(Vec::new);
+        return size == 0;
     }
-    let mut bytes = vec![0; size];
+    bytes.resize(size, 0);
     // SAFETY: forwarded.
-    if !unsafe { copy(at, &mut bytes) }? {
+    match unsafe { copy(at, bytes) } {
         // SAFETY: forwarded.
-        bytes.copy_from_slice(unsafe { std::slice::from_raw_parts(at, size) });
+        Some(false) => bytes.copy_from_slice(unsafe { std::slice::from_raw_parts(at, size) }),
+        Some(true) => {}
+        None => bytes.clear(),
     }
-    Some(bytes)
+    !bytes.is_empty()
 }
 
 /// Lets the system copy bytes, which reports memory that is not there: then None. False if the
@@ -150,10 +153,11 @@ mod tests {
         unsafe {
             assert_eq!(read(nowhere), None);
             assert_eq!(read_or_explain(nowhere), "(no text: 0x8 cannot be read)");
-            assert_eq!(read_bytes(nowhere.cast(), 4), None);
-            let bytes = [1_u8, 2, 3];
-            assert_eq!(read_bytes(bytes.as_ptr(), 3), Some(bytes.to_vec()));
-            assert_eq!(read_bytes(bytes.as_ptr(), MAX_VALUE + 1), None);
+            let (bytes, mut read) = ([1_u8, 2, 3], vec![9]);
+            assert!(!read_bytes(nowhere.cast(), 4, &mut read) && read.is_empty());
+            assert!(read_bytes(bytes.as_ptr(), 3, &mut read) && read == bytes);
+            assert!(!read_bytes(bytes.as_ptr(), MAX_VALUE + 1, &mut read));
+            assert!(read_bytes(nowhere.cast(), 0, &mut read) && read.is_empty());
         }
     }
 }

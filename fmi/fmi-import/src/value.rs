@@ -15,7 +15,7 @@ use std::fmt;
 use fmi_description::{Access, Kind, Variable};
 
 /// A value of a variable.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 #[cfg_attr(feature = "master", derive(serde::Deserialize, serde::Serialize))]
 pub enum Value {
     /// A floating-point number.
@@ -26,6 +26,25 @@ pub enum Value {
     Text(CString),
     /// Bytes.
     Bytes(Vec<u8>),
+}
+
+/// Bytes are copied into the buffer that is there.
+impl Clone for Value {
+    fn clone(&self) -> Self {
+        match self {
+            Self::Real(number) => Self::Real(*number),
+            Self::Whole(number) => Self::Whole(*number),
+            Self::Text(text) => Self::Text(text.clone()),
+            Self::Bytes(bytes) => Self::Bytes(bytes.clone()),
+        }
+    }
+
+    fn clone_from(&mut self, other: &Self) {
+        match (self, other) {
+            (Self::Bytes(own), Self::Bytes(other)) => own.clone_from(other),
+            (own, other) => *own = other.clone(),
+        }
+    }
 }
 
 impl Value {

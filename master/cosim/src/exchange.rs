@@ -8,6 +8,7 @@ pub mod bond;
 pub(crate) mod coupling;
 pub mod faults;
 pub(crate) mod means;
+pub(crate) mod ticks;
 mod transfers;
 pub(crate) mod unconnected;
 
@@ -271,6 +272,20 @@ impl Exchange {
         Ok(changed)
     }
 
+    /// Copies the exact values.
+    pub(crate) fn copy_exact(&self, to: &mut Vec<Value>) {
+        to.resize(self.exact.len(), Value::Whole(0));
+        for (to, from) in to.iter_mut().zip(&self.exact) {
+            to.clone_from(from);
+        }
+    }
+
+    /// Whether all values are these, bit for bit.
+    pub(crate) fn has_same(&self, values: &[f64], exact: &[Value]) -> bool {
+        let mut both = values.iter().zip(&self.values);
+        both.all(|(a, b)| a.to_bits() == b.to_bits()) && exact == self.exact
+    }
+
     fn set_preliminary(&mut self, is_preliminary: bool) {
         for stage in &mut self.stages {
             let reads = stage.reads.iter_mut();
@@ -301,6 +316,39 @@ impl Exchange {
     ) -> Result<()> {
         let chosen = Some(component);
         (0..self.stages.len()).try_for_each(|k| self.write_stage(k, chosen, instances, at))
+    }
+
+    /// Read the outputs of one component over which clocked values pass.
+    pub(crate) fn read_clocked(
+        &mut self,
+        component: usize,
+        all: &[Instance],
+        at: At,
+    ) -> Result<()> {
+        let reads = self.stages.iter().flat_map(|stage| stage.reads.iter());
+        let reads = self.first.iter().chain(reads);
+        let mut own = reads.filter(|read| read.instance == component && read.is_clocked);
+        own.try_for_each(|read| read.run_any(all, &mut self.values, &mut self.exact, at))
+    }
+
+    /// Set the inputs of one component over which clocked values pass.
+    pub(crate) fn write_clocked(
+        &mut self,
+        component: usize,
+        all: &[Instance],
+        at: At,
+    ) -> Result<()> {
+        let writes = self.stages.iter_mut().flat_map(|stage| &mut stage.writes);
+        for write in writes.filter(|write| write.instance == component && write.is_clocked) {
+            match write.is_exact {
+                true => write.run_exact(all, &self.exact, at)?,
+                false => {
+                    let faults = self.faults.as_mut();
+                    write.run(all, &self.values, faults, at)?;
+                }
+            }
+        }
+        Ok(())
     }
 
     /// Read all outputs.

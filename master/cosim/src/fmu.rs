@@ -11,7 +11,7 @@ use fmi_import::fmi_instance::{Arguments, FmiInstance};
 use fmi_import::value::Value;
 use fmi_import::{
     Binary, Choice, ClockPlan, ExchangePlan, Functions, Limits, as_component, instantiate,
-    is_triggered, messages, output,
+    messages, output,
 };
 
 use crate::io::digest::sha256;
@@ -93,12 +93,6 @@ impl Fmu {
         let description = as_component(&loaded.description);
         if description.capabilities.needs_execution_tool {
             remarks.push("it says that it needs its tool (needsExecutionTool)".into());
-        }
-        for v in description.variables.iter().filter(|v| is_triggered(v)) {
-            let name = &v.name;
-            remarks.push(format!(
-                "its clock `{name}` is triggered from outside, which nothing does: it never ticks"
-            ));
         }
         let layout = Layout::new(&description);
         let mut variables = description.variables.iter();

@@ -101,15 +101,17 @@ impl Instance {
     /// instance then enters if its FMU has one. Otherwise it enters Event Mode only for clocks and
     /// discrete inputs.
     pub fn new(fmu: &Arc<Fmu>, name: &str, is_staged: bool) -> Result<Self> {
-        Self::in_thread(None, fmu, name, is_staged)
+        Self::in_thread(None, fmu, name, is_staged, true)
     }
 
-    /// The same in a worker's thread, if one is given, unless its FMU is isolated.
+    /// The same in a worker's thread, if one is given, unless its FMU is isolated; it `may_return`
+    /// early from a step.
     pub(crate) fn in_thread(
         worker: Option<&Worker>,
         fmu: &Arc<Fmu>,
         name: &str,
         is_staged: bool,
+        may_return: bool,
     ) -> Result<Self> {
         let c_string = |text: &str| {
             CString::new(text).map_err(|_| anyhow!("{name}: `{text}` has a NUL character"))
@@ -124,7 +126,7 @@ impl Instance {
             has_events,
             // Of an FMU without the categories of the standard all would be logged: that costs time.
             is_logging: !warnings_of(description).is_empty(),
-            returns_early: has_events && description.capabilities.variable_step,
+            returns_early: may_return && has_events && description.capabilities.variable_step,
         };
         if let Some(clock) = fmu.plan.clocks.first().filter(|_| !has_events) {
             bail!(

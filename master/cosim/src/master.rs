@@ -12,6 +12,7 @@ use crate::exchange::bond::{BondStep, Residual};
 use crate::exchange::coupling::{self, Coupling};
 use crate::exchange::faults::{Alteration, Faults, is_source};
 use crate::exchange::means::Means;
+use crate::exchange::ticks::Ticks;
 use crate::exchange::unconnected::Unconnected;
 use crate::exchange::{Exchange, Order};
 use crate::instance::{At, Call, Ended, Instance, State, all};
@@ -148,6 +149,7 @@ impl Master {
             }),
             unconnected: Unconnected::new(&wiring, &exchange, &instances),
             instances,
+            ticks: Ticks::new(&wiring),
             rates,
             exchange,
             balance,

@@ -18,6 +18,7 @@ mod ways;
 pub use alarm::Alarm;
 pub use bond::{Power, PowerBond};
 pub use flat::{Component, Connection, FmuUse, Hop, OuterInput, OuterOutput, Parameter, Structure};
+pub(crate) use flatten::check_mime_types;
 pub use flatten::read;
 pub use system_structure::DataType;
 pub(crate) use values::parse_set;

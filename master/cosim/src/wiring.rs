@@ -7,14 +7,16 @@ pub mod probing;
 mod strong_parts;
 pub(crate) mod transformation;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ptr::from_ref;
 use std::sync::{Arc, OnceLock};
 
-use crate::structure::{Connection, Power, Structure};
+use crate::structure::{Connection, Power, Structure, check_mime_types};
 use crate::wiring::transformation::{Transformation, compose, unit_of};
 use anyhow::{Context, Result, anyhow, bail, ensure};
-use fmi_description::{Access, Causality, Description, Kind, Variability, Variable, Version};
+use fmi_description::{
+    Access, Causality, ClockInterval, Description, Interface, Kind, Variability, Variable, Version,
+};
 use fmi_import::batch::{Batch, Layout};
 use serde::{Deserialize, Serialize};
 use system_structure::{Connector, DataType};
@@ -72,8 +74,12 @@ pub struct Wiring<'a> {
     pub(crate) components: Vec<(&'a str, &'a Description)>,
     /// The connections, in file order.
     pub links: Vec<Link>,
+    /// The connections from output clocks to input clocks, in file order.
+    pub clocks: Vec<[Port; 2]>,
     /// Oddities that do no harm, for the user.
     pub remarks: Vec<String>,
+    /// Both ends of connections with a clocked variable at one of them.
+    clocked: HashSet<Port>,
     driver: HashMap<Port, usize>,
     /// Further connections of inputs that are sums, in file order.
     further: HashMap<Port, Vec<usize>>,
@@ -100,7 +106,9 @@ impl<'a> Wiring<'a> {
             layouts: descriptions.iter().map(&mut layout).collect(),
             components: names.zip(descriptions.iter().copied()).collect(),
             links: Vec::new(),
+            clocks: Vec::new(),
             remarks: Vec::new(),
+            clocked: HashSet::new(),
             driver: HashMap::new(),
             further: HashMap::new(),
             driven: vec![Vec::new(); descriptions.len()],
@@ -122,11 +130,19 @@ impl<'a> Wiring<'a> {
                 true => link?,
                 false => link.with_context(|| c.place.clone())?,
             };
+            let Some(link) = link else { continue };
             let place = wiring.links.len();
             if *wiring.driver.entry(link.to).or_insert(place) != place {
                 wiring.further.entry(link.to).or_default().push(place);
             }
             wiring.driven[link.to.component].push(link.to);
+            let ends = [link.from, link.to];
+            if ends
+                .iter()
+                .any(|port| !wiring.variable(*port).clocks.is_empty())
+            {
+                wiring.clocked.extend(ends);
+            }
             wiring.links.push(link);
         }
         for inputs in &mut wiring.driven {
@@ -136,7 +152,8 @@ impl<'a> Wiring<'a> {
         Ok(wiring)
     }
 
-    fn resolve(&mut self, c: &Connection, names: &Names) -> Result<Link> {
+    /// The link of a connection, or None if it connects clocks.
+    fn resolve(&mut self, c: &Connection, names: &Names) -> Result<Option<Link>> {
         let from = self.port(&c.start, true, names)?;
         let to = self.port(&c.end, false, names)?;
         let [start, end] = [from, to].map(|p| self.variable(p));
@@ -149,10 +166,14 @@ impl<'a> Wiring<'a> {
             );
         }
         if start.kind == Kind::Clock {
-            bail!(
-                "connection {c} connects clocks, which is not supported: only the clocks tick whose FMU says when"
-            );
+            return self.connect_clocks(c, [from, to]).map(|()| None);
         }
+        let declared = [from, to].map(|port| &self.variable(port).mime_type);
+        check_mime_types(
+            &format!("connection {c}"),
+            [from, to].map(|p| self.name(p)),
+            declared,
+        )?;
         // An end without a declared unit has the unit of its FMU.
         let [unit_of_start, unit_of_end] =
             [from, to].map(|p| unit_of(self.description(p.component), self.variable(p)));
@@ -205,13 +226,50 @@ impl<'a> Wiring<'a> {
             "connection {c}: a sum is of Reals, not of {}",
             start.kind.name()
         );
-        Ok(Link {
+        Ok(Some(Link {
             from,
             to,
             transformation,
             is_initial: c.is_initial,
             bond,
-        })
+        }))
+    }
+
+    /// Adds a connection between clocks: from a triggered output clock to a triggered input clock,
+    /// which no other one reaches.
+    fn connect_clocks(&mut self, c: &Connection, ends: [Port; 2]) -> Result<()> {
+        for (port, needed) in ends.into_iter().zip([Causality::Output, Causality::Input]) {
+            let (name, v) = (self.name(port), self.variable(port));
+            ensure!(
+                v.causality == needed && v.element.is_none(),
+                "connection {c}: `{name}` must be a single clock, {}, to be connected",
+                format!("{needed:?}").to_lowercase()
+            );
+            let timing = v.timing.map_or(ClockInterval::Triggered, |t| t.interval);
+            ensure!(
+                timing == ClockInterval::Triggered,
+                "connection {c}: the clock `{name}` ticks by time (intervalVariability {}); only triggered clocks can be connected",
+                format!("{timing:?}").to_lowercase()
+            );
+            let description = self.description(port.component);
+            ensure!(
+                description.interface == Interface::CoSimulation
+                    && description.capabilities.event_mode,
+                "connection {c}: `{}` must be used by Co-Simulation with Event Mode (hasEventMode), in which alone its clock `{}` can tick",
+                self.component(port.component),
+                v.name
+            );
+        }
+        ensure!(
+            c.way.iter().all(|hop| hop.transformation.is_none()) && !c.is_term,
+            "connection {c}: ticks of clocks pass as they are, without transformations and sums"
+        );
+        if let Some([other, _]) = self.clocks.iter().find(|[_, to]| *to == ends[1]) {
+            let [input, first, second] = [ends[1], *other, ends[0]].map(|port| self.name(port));
+            bail!("input {input} is driven twice, by {first} and by {second}");
+        }
+        self.clocks.push(ends);
+        Ok(())
     }
 
     /// The variable at the start or the end of a connection; checks its declared type and its
@@ -231,6 +289,10 @@ impl<'a> Wiring<'a> {
         let connector = names.connectors.get(&(k, variable.as_str()));
         let declared = connector.and_then(|c| c.data_type);
         let kind = v.kind.name();
+        let mime = connector.map_or(&None, |connector| &connector.mime_type);
+        let name = format!("{component}.{variable}");
+        let ends = [format!("connector {name}"), name];
+        check_mime_types("in the FMU", ends, [mime, &v.mime_type])?;
         let fits = declared.is_none_or(|t| {
             t.name() == kind
                 || is_whole(v) && matches!(t, DataType::Integer | DataType::Enumeration)
@@ -254,6 +316,11 @@ impl<'a> Wiring<'a> {
 
     pub(crate) fn variable(&self, p: Port) -> &'a Variable {
         &self.components[p.component].1.variables[p.variable]
+    }
+
+    /// Whether a connection of this variable has a clocked one at an end.
+    pub(crate) fn passes_at_ticks(&self, p: Port) -> bool {
+        self.clocked.contains(&p)
     }
 
     /// `component.variable`.

@@ -121,6 +121,8 @@ pub struct Connector {
     pub data_type: Option<DataType>,
     /// Unit of a real connector, where one is declared.
     pub unit: Option<Unit>,
+    /// What the bytes of a Binary are, where that is declared (SSP 2.0).
+    pub mime_type: Option<String>,
     /// Sizes of an array (SSP 2.0), None where the file leaves one to the FMU; empty for a scalar.
     pub dimensions: Vec<Option<usize>>,
     /// Line in the file, for messages.
@@ -159,6 +161,7 @@ pub(crate) fn read_connectors(node: &Element, units: &Units) -> Result<Vec<Conne
             direction,
             data_type: declared.map(|(data_type, _)| data_type),
             unit: declared.and_then(|(_, node)| units.of(node)),
+            mime_type: declared.and_then(|(_, node)| node.get("mime-type").map(str::to_string)),
             line: c.line,
         })
     };

@@ -51,8 +51,62 @@ impl Fmi3Instance {
             ticks.tick();
             self.tracked.active.borrow_mut().push(clock.reference);
         }
+        self.set_clocked()
+    }
+
+    /// Sets the inputs of active clocks to what the memory holds.
+    fn set_clocked(&self) -> Result<()> {
         let mut inputs = self.plan.inputs.iter();
         inputs.try_for_each(|batch| self.set_if_accessible(batch))
+    }
+
+    /// Asks the connected output clocks that are not known to be active, each until it ticks: an
+    /// FMU may tell of a tick only once. Returns whether one of them ticks.
+    fn ask_clocks(&self) -> Result<bool> {
+        let mut active = self.tracked.active.borrow_mut();
+        let known = active.len();
+        for reference in self.listened.borrow().iter() {
+            let mut ticks = false;
+            if !active.contains(reference) {
+                let status = self.raw.get_clock(*reference, &mut ticks);
+                Answer::check(status, "fmi3GetClock")?;
+            }
+            if ticks {
+                active.push(*reference);
+            }
+        }
+        Ok(active.len() > known)
+    }
+
+    /// Whether output clocks tick, 1 or 0; from now on they are asked in Event Mode.
+    pub(super) fn get_clocks(&self, references: &[u32], values: &mut [f64]) -> Result<()> {
+        let mut listened = self.listened.borrow_mut();
+        for reference in references {
+            if !listened.contains(reference) {
+                listened.push(*reference);
+            }
+        }
+        drop(listened);
+        if self.tracked.mode.get() == Mode::Event {
+            self.ask_clocks()?;
+        }
+        let active = self.tracked.active.borrow();
+        for (value, reference) in values.iter_mut().zip(references) {
+            *value = f64::from(u8::from(active.contains(reference)));
+        }
+        Ok(())
+    }
+
+    /// Activates input clocks whose value is not 0, in Event Mode, and sets their inputs.
+    pub(super) fn set_clocks(&self, references: &[u32], values: &[f64]) -> Result<()> {
+        for (reference, _) in references.iter().zip(values).filter(|(_, on)| **on != 0.0) {
+            if !self.tracked.active.borrow().contains(reference) {
+                self.enter_events()?;
+                Answer::check(self.raw.set_clock(*reference, true), "fmi3SetClock")?;
+                self.tracked.active.borrow_mut().push(*reference);
+            }
+        }
+        self.set_clocked()
     }
 
     pub(super) fn enter_events(&self) -> Result<()> {
@@ -62,12 +116,15 @@ impl Fmi3Instance {
         Answer::check(self.raw.enter_event_mode(), "fmi3EnterEventMode")
     }
 
-    /// Updates discrete states once in Event Mode; returns whether another update is needed.
-    /// Clocked outputs are read into the memory before, while their clock is active. A clock that
+    /// Updates discrete states once in Event Mode; returns whether another update is needed, also
+    /// because connected output clocks tick, which must be passed on before. Clocked outputs are read into the memory before, while their clock is active. A clock that
     /// ticks again at the same time is active afterwards.
     pub(super) fn update_events(&self) -> Result<bool> {
         if self.tracked.mode.get() != Mode::Event {
             return Ok(false);
+        }
+        if self.ask_clocks()? {
+            return Ok(true);
         }
         if !self.tracked.active.borrow().is_empty() {
             let computed = self.plan.computed.iter();
@@ -97,7 +154,7 @@ impl Fmi3Instance {
         if is_due {
             self.activate(time)?;
         }
-        Ok(update.again || is_due)
+        Ok(self.ask_clocks()? || update.again || is_due)
     }
 
     pub(super) fn leave_events(&self) -> Result<()> {
@@ -114,9 +171,16 @@ impl Fmi3Instance {
         }
     }
 
-    /// Updates discrete states until no further update is needed, then leaves Event Mode.
+    /// Updates discrete states until no further update is needed, then leaves Event Mode. A tick of
+    /// a connected output clock is an error: nobody passes it on here.
     pub(super) fn settle(&self) -> Result<()> {
         for _ in 0..MAX_PASSES {
+            self.ask_clocks()?;
+            let (active, mut outputs) = (self.tracked.active.borrow(), self.plan.outputs.iter());
+            if let Some((name, _)) = outputs.find(|(_, reference)| active.contains(reference)) {
+                bail!("its connected clock `{name}` ticks between two communication points");
+            }
+            drop(active);
             if !self.update_events()? {
                 return self.leave_events();
             }

@@ -42,8 +42,8 @@ impl Fmi3Instance {
                     Some(Value::Bytes(bytes)) => &bytes[..],
                     _ => &[],
                 });
-                let all: Vec<_> = all.collect();
-                Answer::check(self.raw.set_binaries(vr, &all), "fmi3SetBinary")
+                let room = &mut self.binaries.borrow_mut();
+                Answer::check(self.raw.set_binaries_from(vr, all, room), "fmi3SetBinary")
             }
             access => {
                 let (mut passed, memory) = (self.passed.borrow_mut(), self.tracked.memory.borrow());
@@ -79,9 +79,13 @@ impl Fmi3Instance {
                 texts.into_iter().map(Value::Text).collect()
             }
             Access::Binary => {
-                let (status, all) = self.raw.get_binaries(vr, n);
+                let room = &mut self.binaries.borrow_mut();
+                let status = self.raw.get_binaries_into(vr, n, room);
                 Answer::check(status, "fmi3GetBinary")?;
-                all.into_iter().map(Value::Bytes).collect()
+                for (slot, place) in places {
+                    self.keep_text(*slot, &room.values[*place]);
+                }
+                return Ok(());
             }
             access => {
                 let (mut passed, mut memory) =
@@ -99,6 +103,15 @@ impl Fmi3Instance {
             texts.insert(*slot, value.unwrap_or_else(|| Value::empty(batch.access)));
         }
         Ok(())
+    }
+
+    /// Keeps a text or bytes in the memory.
+    pub(super) fn keep_text(&self, slot: usize, value: &Value) {
+        let mut texts = self.tracked.texts.borrow_mut();
+        match texts.get_mut(&slot) {
+            Some(own) => own.clone_from(value),
+            None => drop(texts.insert(slot, value.clone())),
+        }
     }
 
     /// Whether these variables may be set and read now: clocked ones only while a clock of theirs

@@ -9,6 +9,7 @@ use crate::functions::VersionFunctions::{Fmi2, Fmi3};
 use crate::standard::Text;
 use crate::status::{ABSENT, NO_BYTES, OK, WARNING};
 use crate::text;
+use crate::value::Value;
 
 /// `fmi2EventInfo`.
 #[repr(C)]
@@ -28,6 +29,15 @@ pub enum Inquiry {
     Integer,
     Boolean,
     String,
+}
+
+/// Workspace for calls that pass bytes.
+#[derive(Default)]
+pub struct BinaryRoom {
+    sizes: Vec<usize>,
+    at: Vec<*const u8>,
+    /// What was read last.
+    pub values: Vec<Value>,
 }
 
 impl RawInstance {
@@ -99,37 +109,64 @@ impl RawInstance {
 
     /// Gets `n` values of Binary variables; [`NO_BYTES`] if the FMU has no such bytes. FMI 3.0 only.
     pub fn get_binaries(&self, vr: &[u32], n: usize) -> (c_int, Vec<Vec<u8>>) {
+        let mut room = BinaryRoom::default();
+        let status = self.get_binaries_into(vr, n, &mut room);
+        let values = room.values.into_iter().map(|value| match value {
+            Value::Bytes(bytes) => bytes,
+            _ => Vec::new(),
+        });
+        (status, values.collect())
+    }
+
+    /// The same into a workspace, whose buffers grow to the largest values.
+    pub fn get_binaries_into(&self, vr: &[u32], n: usize, room: &mut BinaryRoom) -> c_int {
         let Fmi3(f) = &self.version else {
-            return (ABSENT, Vec::new());
+            return ABSENT;
         };
-        let (mut sizes, mut at) = (vec![0; n], vec![ptr::null(); n]);
+        let BinaryRoom { sizes, at, values } = room;
+        (sizes.clear(), sizes.resize(n, 0));
+        (at.clear(), at.resize(n, ptr::null()));
+        values.resize(values.len().max(n), Value::Bytes(Vec::new()));
         let (sizes_at, values_at) = (sizes.as_mut_ptr(), at.as_mut_ptr());
         let _call = self.call();
         // SAFETY: a live instance or NULL, room for all elements.
         let status =
             unsafe { (f.fmi3GetBinary)(self.c, vr.as_ptr(), vr.len(), sizes_at, values_at, n) };
-        if status > WARNING {
-            return (status, vec![Vec::new(); n]);
-        }
-        let value = |(at, size): (*const u8, usize)| match at.is_null() {
-            true => Some(Vec::new()),
+        for (value, (at, size)) in values.iter_mut().zip(at.iter().zip(sizes.iter())) {
+            let Value::Bytes(bytes) = value else { continue };
+            let size = if at.is_null() || status > WARNING {
+                0
+            } else {
+                *size
+            };
             // SAFETY: as many bytes as the FMU says, until the next call.
-            false => unsafe { text::read_bytes(at, size) },
-        };
-        let values: Option<_> = at.into_iter().zip(sizes).map(value).collect();
-        match values {
-            Some(values) => (status, values),
-            None => (NO_BYTES, vec![Vec::new(); n]),
+            if !unsafe { text::read_bytes(*at, size, bytes) } {
+                return NO_BYTES;
+            }
         }
+        status
     }
 
     /// Sets Binary variables. FMI 3.0 only.
     pub fn set_binaries(&self, vr: &[u32], values: &[&[u8]]) -> c_int {
+        self.set_binaries_from(vr, values.iter().copied(), &mut BinaryRoom::default())
+    }
+
+    /// The same with a workspace.
+    pub fn set_binaries_from<'a>(
+        &self,
+        vr: &[u32],
+        values: impl Iterator<Item = &'a [u8]>,
+        room: &mut BinaryRoom,
+    ) -> c_int {
         let Fmi3(f) = &self.version else {
             return ABSENT;
         };
-        let (at, sizes): (Vec<_>, Vec<_>) = values.iter().map(|v| (v.as_ptr(), v.len())).unzip();
-        let (n, sizes, at) = (at.len(), sizes.as_ptr(), at.as_ptr());
+        (room.at.clear(), room.sizes.clear());
+        for value in values {
+            (room.at.push(value.as_ptr()), room.sizes.push(value.len()));
+        }
+        let (n, sizes, at) = (room.at.len(), room.sizes.as_ptr(), room.at.as_ptr());
         let _call = self.call();
         // SAFETY: a live instance or NULL, arrays of the lengths given.
         unsafe { (f.fmi3SetBinary)(self.c, vr.as_ptr(), vr.len(), sizes, at, n) }

@@ -54,6 +54,25 @@ impl<M: Model> Instance<M> {
         Ok(())
     }
 
+    /// From Event Mode to `phase`; refused while an input clock is active, since only an update keeps
+    /// what it has computed.
+    pub(crate) fn leave_events(&mut self, phase: Phase) -> Result<(), Fault> {
+        if !M::CLOCKS.is_empty() {
+            let mut all = M::CLOCKS.iter().zip(&self.ticks().each);
+            if let Some((clock, _)) = all.find(|(clock, own)| own.is_active && clock.is_input()) {
+                let name = clock.row.name;
+                return refuse!(
+                    "clock `{name}` is active; fmi3UpdateDiscreteStates must come before"
+                );
+            }
+            self.model()?;
+            let ticks = self.ticks();
+            ticks.before = None;
+            ticks.each.iter_mut().for_each(|own| own.is_active = false);
+        }
+        self.enter(phase)
+    }
+
     /// Whether a clock is active; in Scheduled Execution this is told once.
     pub(crate) fn get_clock(&mut self, number: u32) -> Result<bool, Fault> {
         let k = self.clock(number)?;

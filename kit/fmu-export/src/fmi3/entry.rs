@@ -73,7 +73,7 @@ functions! { ($) Fmi3 export_fmi3_functions;
         Ok(())
     };
     fmi3EnterContinuousTimeMode [ME | ME_EVENT_MODE] ()
-        |fmi| fmi.instance.enter(Phase::Continuous);
+        |fmi| fmi.instance.leave_events(Phase::Continuous);
     fmi3CompletedIntegratorStep [ME | CONTINUOUS_TIME_MODE] (no_set_prior: Boolean, enter_event_mode: *mut Boolean, terminate: *mut Boolean)
         |fmi| {
             let (enter, terminate) = (output_argument("enterEventMode", enter_event_mode)?, output_argument("terminateSimulation", terminate)?);

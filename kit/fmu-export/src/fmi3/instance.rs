@@ -208,8 +208,9 @@ impl<M: Model> Fmi3Instance<M> {
 
     /// fmi3EnterStepMode.
     pub(crate) fn enter_step_mode(&mut self) -> Result<(), Fault> {
+        self.instance.leave_events(Phase::Stepping)?;
         self.version.step_state = STEP_MODE;
-        self.instance.enter(Phase::Stepping)
+        Ok(())
     }
 
     /// Records that a value was set: in Step Mode, nothing can be read before the next step.

@@ -3,6 +3,9 @@
 
 #[path = "../../examples/clocks.rs"]
 mod clocks;
+mod random;
+#[path = "../border/xorshift.rs"]
+mod xorshift;
 
 use clocks::Clocks;
 use fmu_export::{check, model_description, model_description3};
@@ -90,6 +93,12 @@ fn token() -> CString {
 
 impl Fmu {
     fn scheduled(lock: Preemption, unlock: Preemption, update: Callback) -> Self {
+        let fmu = Self::scheduled_new(lock, unlock, update);
+        fmu.initialize();
+        fmu
+    }
+
+    fn scheduled_new(lock: Preemption, unlock: Preemption, update: Callback) -> Self {
         let guard = TEST.lock().unwrap_or_else(|e| e.into_inner());
         UPDATES.lock().unwrap().clear();
         MESSAGES.lock().unwrap().clear();
@@ -110,9 +119,14 @@ impl Fmu {
         };
         assert!(!c.is_null());
         INSTANCE.store(c, Ordering::SeqCst);
-        let fmu = Self(c, guard);
-        fmu.initialize();
-        fmu
+        Self(c, guard)
+    }
+
+    fn in_event_mode() -> Self {
+        let guard = TEST.lock().unwrap_or_else(|e| e.into_inner());
+        let c = stepped(true);
+        assert!(!c.is_null());
+        Self(c, guard)
     }
 
     fn initialize(&self) {
@@ -268,29 +282,12 @@ fn triggered_clocks_are_of_event_mode() {
         assert!(line.contains(&format!("priority=\"{k}\"")), "{line}");
     }
     let _guard = TEST.lock().unwrap_or_else(|e| e.into_inner());
-    let token = token();
-    let instance = |event_mode| unsafe {
-        fmi3InstantiateCoSimulation(
-            c"clocks".as_ptr(),
-            token.as_ptr(),
-            ptr::null(),
-            false,
-            true,
-            event_mode,
-            false,
-            ptr::null(),
-            0,
-            ptr::null_mut(),
-            Some(log),
-            ptr::null_mut(),
-        )
-    };
-    assert!(instance(false).is_null());
+    assert!(stepped(false).is_null());
     assert!(
         last_message()
             .contains("eventModeUsed is false; it must be true, because clock `inClock2`")
     );
-    let c = instance(true);
+    let c = stepped(true);
     unsafe {
         assert_eq!(
             fmi3EnterInitializationMode(c, false, 0.0, 0.0, false, 0.0),
@@ -320,6 +317,20 @@ fn triggered_clocks_are_of_event_mode() {
         );
         assert_eq!(fmi3EnterStepMode(c), 0);
         fmi3FreeInstance(c);
+    }
+}
+
+/// An instance for Co-Simulation.
+fn stepped(event_mode: bool) -> C {
+    let (name, token) = (c"clocks".as_ptr(), token());
+    let (none, token) = (ptr::null_mut(), token.as_ptr());
+    let resources = ptr::null();
+    unsafe {
+        #[rustfmt::skip]
+        let c = fmi3InstantiateCoSimulation(
+            name, token, resources, false, true, event_mode, false, ptr::null(), 0, none, Some(log), none,
+        );
+        c
     }
 }
 

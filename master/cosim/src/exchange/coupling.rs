@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::exchange::balance::Balance;
 use crate::exchange::bond::{BondSlots, BondStep, Residual};
 use crate::exchange::means::Means;
+use crate::exchange::ticks::Ticks;
 use crate::exchange::unconnected::Unconnected;
 use crate::exchange::{Exchange, ExchangeState};
 use crate::instance::{At, BegunCall, Call, Ended, Failure, Instance, State, all};
@@ -27,6 +28,7 @@ pub(crate) struct Coupling {
     /// A component that cannot vary its step.
     pub fixed: Option<String>,
     pub exchange: Exchange,
+    pub ticks: Ticks,
     pub unconnected: Unconnected,
     /// Set if components have steps of their own, or inputs that are not held.
     pub rates: Option<Rates>,
@@ -132,6 +134,8 @@ impl Coupling {
             instance.restore(state, At::Time(t))?;
         }
         self.exchange.restore(&saved.passed);
+        // Passing a tick once more in the same instant changes nothing.
+        self.ticks.begin_instant();
         self.unconnected.found.clone_from(&saved.nonfinite);
         for (exchange, passed) in self.derivatives.iter_mut().zip(&saved.derivatives) {
             exchange.restore(passed);
@@ -156,15 +160,26 @@ impl Coupling {
         self.unconnected.read(&self.instances, resting, t)
     }
 
-    /// Pass all connections, stage by stage.
+    /// Pass all connections, stage by stage, and ticks of clocks.
     pub fn pass(&mut self, t: f64) -> Result<()> {
-        self.exchange.run(&self.instances, At::Time(t))
+        self.exchange.run(&self.instances, At::Time(t))?;
+        self.pass_ticks(t)
+    }
+
+    /// Pass ticks and clocked values, and all connections after them, until no further clock ticks
+    /// in this instant.
+    fn pass_ticks(&mut self, t: f64) -> Result<()> {
+        while self.pass_clocked(t)? {
+            self.exchange.run_again(&self.instances, At::Time(t))?;
+        }
+        Ok(())
     }
 
     /// Pass all connections once more at the same communication point, and the derivatives, which
     /// an input loses when it is set.
     pub fn pass_again(&mut self, t: f64) -> Result<()> {
         self.exchange.run_again(&self.instances, At::Time(t))?;
+        self.pass_ticks(t)?;
         self.pass_derivatives(t)
     }
 
@@ -317,28 +332,100 @@ impl Coupling {
     }
 
     /// All instances leave Event Mode together: values are passed again until no discrete state
-    /// changes.
+    /// changes and no connected clock ticks.
     pub fn leave_events(&mut self, t: f64) -> Result<()> {
+        self.leave_events_after(t, Self::pass_again)
+    }
+
+    /// The same with these passes between updates.
+    fn leave_events_after(
+        &mut self,
+        t: f64,
+        pass: impl Fn(&mut Self, f64) -> Result<()>,
+    ) -> Result<()> {
         let at = At::Time(t);
         for _ in 0..MAX_PASSES {
-            if all(self.timed(), Call::UpdateEvents, at)? == 0.0 {
+            let is_again = all(self.timed(), Call::UpdateEvents, at)? != 0.0;
+            self.ticks.begin_instant();
+            if !is_again {
                 return all(self.timed(), Call::LeaveEvents, at).map(drop);
             }
-            self.pass_again(t)?;
+            pass(self, t)?;
         }
         let is_changing = |s: &&Instance| !matches!(s.call(Call::UpdateEvents, at), Ok(0.0));
         let changing = self.timed().filter(is_changing);
         let names: Vec<_> = changing.map(|s| s.name.as_str()).collect();
+        let ticks = match self.ticks.ticking().join(", ") {
+            none if none.is_empty() => none,
+            names => format!(", and clocks tick: {names}"),
+        };
         bail!(
-            "{at}: discrete states of {} still change after {MAX_PASSES} passes of Event Mode",
+            "{at}: discrete states of {} still change after {MAX_PASSES} passes of Event Mode{ticks}",
             names.join(", ")
         )
     }
 
-    /// Each instance leaves Event Mode by itself.
-    pub fn settle(&self, t: f64) -> Result<()> {
-        self.timed()
-            .try_for_each(|s| s.call(Call::Settle, At::Time(t)).map(drop))
+    /// With the schedule `standard`: the instances that are in Event Mode leave it. Each does so by
+    /// itself, unless clocks are connected: then ticks take others into Event Mode, and those that
+    /// are in it pass values to each other.
+    pub fn settle(&mut self, t: f64) -> Result<()> {
+        let at = At::Time(t);
+        if self.ticks.is_empty() {
+            return (self.timed()).try_for_each(|s| s.call(Call::Settle, at).map(drop));
+        }
+        if all(self.timed(), Call::InEvents, at)? == 0.0 {
+            return Ok(());
+        }
+        self.pass_clocked(t)?;
+        self.leave_events_after(t, |coupling, t| coupling.pass_clocked(t).map(drop))?;
+        // Nothing was set since in those that were in Event Mode.
+        let in_events = std::mem::take(&mut self.ticks.in_events);
+        let mut all = in_events.iter();
+        let read = all.try_for_each(|k| self.exchange.read_component(*k, &self.instances, at));
+        self.ticks.in_events = in_events;
+        read
+    }
+
+    /// Pass ticks, and clocked values between instances that are in Event Mode, until neither has
+    /// news; returns whether there were ticks that were not passed in this instant yet.
+    fn pass_clocked(&mut self, t: f64) -> Result<bool> {
+        let (at, mut is_any) = (At::Time(t), false);
+        for _ in 0..MAX_PASSES {
+            let mut has_news = self.ticks.pass(&self.instances, at)?;
+            is_any |= has_news;
+            let in_events = &mut self.ticks.in_events;
+            in_events.clear();
+            for k in self
+                .timed
+                .iter()
+                .copied()
+                .filter(|_| !self.ticks.links.is_empty())
+            {
+                if self.instances[k].call(Call::InEvents, at)? != 0.0 {
+                    in_events.push(k);
+                }
+            }
+            if !self.ticks.has_passed() {
+                return Ok(false);
+            }
+            let (values, exact) = &mut self.ticks.before;
+            values.clone_from(&self.exchange.values);
+            self.exchange.copy_exact(exact);
+            for k in &self.ticks.in_events {
+                self.exchange.read_clocked(*k, &self.instances, at)?;
+            }
+            let (values, exact) = &self.ticks.before;
+            has_news |= !self.exchange.has_same(values, exact);
+            if !has_news {
+                return Ok(is_any);
+            }
+            for k in &self.ticks.in_events {
+                self.exchange.write_clocked(*k, &self.instances, at)?;
+            }
+        }
+        bail!(
+            "{at}: clocked values still change after {MAX_PASSES} passes in one instant of Event Mode: they depend on each other in a loop"
+        )
     }
 
     /// Time of the first event before `end`, s, at which the step is split; None if a component
@@ -376,10 +463,13 @@ impl Coupling {
                     )),
                     None => error,
                 })?;
-            if !is_staged {
+            if !is_staged && self.ticks.is_empty() {
                 instance.call(Call::Settle, at)?;
                 self.exchange.read_component(k, &self.instances, at)?;
             }
+        }
+        if !is_staged && !self.ticks.is_empty() {
+            return self.settle(t);
         }
         if is_any && is_staged {
             // Finish these events, so that what they change is passed, too.

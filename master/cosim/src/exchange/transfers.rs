@@ -22,6 +22,8 @@ pub struct Read {
     pub(super) slots: Range<usize>,
     /// The values may not be final yet, and are not checked.
     pub(super) is_preliminary: bool,
+    /// Some pass to or from a clocked variable.
+    pub(super) is_clocked: bool,
 }
 
 impl Read {
@@ -78,6 +80,8 @@ pub struct Write {
     terms: Vec<Term>,
     /// The values are passed exactly, not as f64.
     pub(super) is_exact: bool,
+    /// Some pass to or from a clocked variable.
+    pub(super) is_clocked: bool,
     /// The values are those that a [`Read`] has found to be finite.
     is_checked: bool,
     buffer: Vec<f64>,
@@ -208,8 +212,10 @@ impl Write {
     /// Set the inputs to exact values.
     pub fn run_exact(&mut self, instances: &[Instance], values: &[Value], at: At) -> Result<()> {
         let buffer = &mut self.exact_buffer;
-        buffer.clear();
-        buffer.extend(self.slots.iter().map(|slot| values[*slot].clone()));
+        buffer.resize(self.slots.len(), Value::Whole(0));
+        for (own, slot) in buffer.iter_mut().zip(&self.slots) {
+            own.clone_from(&values[*slot]);
+        }
         for (k, transformation) in &self.transformed {
             if let Value::Whole(number) = &mut buffer[*k] {
                 *number = transformation.apply_whole(*number);
@@ -277,6 +283,7 @@ pub fn reads(
             batch: wiring.batch(instance, ports.iter().map(|p| p.variable)),
             slots: start..start + ports.len(),
             is_preliminary: false,
+            is_clocked: ports.iter().any(|port| wiring.passes_at_ticks(*port)),
         });
     }
     reads
@@ -318,6 +325,9 @@ pub fn writes(
             altered: Default::default(),
             terms,
             is_exact: false,
+            is_clocked: inputs
+                .iter()
+                .any(|(port, ..)| wiring.passes_at_ticks(*port)),
             is_checked: false,
             buffer: vec![0.0; inputs.len()],
             exact_buffer: Vec::new(),

@@ -26,7 +26,7 @@ pub fn make(
     arguments: &Arguments,
 ) -> Result<Option<Box<dyn FmiInstance>>> {
     // A call a batch: batches are of one type each, with the same clocks.
-    let channel = Channel::new(worker, 8 + 16 * (1 + fmu.plan.clocks.len()));
+    let channel = Channel::new(worker, 8 + 16 * (1 + fmu.plan.count()));
     let (own, arguments) = (fmu.clone(), arguments.clone());
     let is_made = channel.rare(move |hosted, copies| {
         let key = Arc::as_ptr(&own).addr();

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use anyhow::{Context, Result};
+use fmi_description::Kind;
 
 use crate::instance::workers::Worker;
 use crate::instance::{At, Call, Instance};
@@ -35,7 +36,14 @@ pub(crate) fn make(
         .then(|| instance_cache::take(fmu, &component.name, is_staged));
     let mut instance = match cached.flatten() {
         Some(instance) => instance,
-        None => Instance::in_thread(worker, fmu, &component.name, is_staged)?,
+        None => {
+            // Its ticks would be between the communication points of the others.
+            let ticks_others = system.structure.connections.iter().any(|c| {
+                let clock = fmu.description.variable(&c.start.1);
+                c.start.0 == component.name && clock.is_ok_and(|v| v.kind == Kind::Clock)
+            });
+            Instance::in_thread(worker, fmu, &component.name, is_staged, !ticks_others)?
+        }
     };
     let [first, next] = [k, k + 1].map(|component| Port::new(component, 0));
     let unchecked = nonfinite.range(first..next).map(|port| port.variable);

@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use anyhow::{Result, ensure};
 use fmi_description::Kind;
+use fmi_import::is_triggered;
 
 use crate::fmu::Fmu;
 use crate::run::verdict::Verdict;
@@ -68,6 +69,12 @@ impl System {
             let inputs = fmu.description.variables.iter().enumerate();
             for (variable, v) in inputs.filter(|(_, v)| v.is_input()) {
                 let port = Port::new(component, variable);
+                if is_triggered(v) && wiring.clocks.iter().all(|[_, to]| *to != port) {
+                    let remark =
+                        "is triggered from outside, which no connection does: it never ticks";
+                    let remark = format!("{}: its clock `{}` {remark}", c.name, v.name);
+                    gaps.remarks.push(remark);
+                }
                 let is_given = wiring.driver(port).is_some()
                     || bound.contains(&v.name)
                     || given.contains(&port);

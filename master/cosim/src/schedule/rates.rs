@@ -103,6 +103,15 @@ impl Rates {
             let name = component.name.as_str();
             let own = own_steps.get(name);
             let [parts, every] = own.map_or(Ok([1, 1]), |own| step_ratio(step, *own, name))?;
+            ensure!(
+                every == 1
+                    || wiring
+                        .clocks
+                        .iter()
+                        .flatten()
+                        .all(|port| port.component != k),
+                "`{name}`, whose clocks are connected, must have a communication point wherever the others have one: its step must not be longer than theirs"
+            );
             let is_taken = |link: &Link| {
                 let is_before = is_sequential && link.from.component < k;
                 !link.is_initial

@@ -220,6 +220,7 @@ impl Structure {
                     direction,
                     data_type: None,
                     unit: None,
+                    mime_type: None,
                     dimensions: Vec::new(),
                     line: 0,
                 });

@@ -318,12 +318,6 @@ impl Flattening<'_> {
         let is_turned = start_gives == Some(false) || end_gives == Some(true);
         let name = format!("connection {} -> {}", wire.start, wire.end);
         let mut ends = [(start, &wire.start), (end, &wire.end)];
-        for (connector, end) in ends {
-            ensure!(
-                connector.data_type != Some(DataType::Clock),
-                "connector `{end}` is declared as Clock; only connectors of the types Real, Integer, Boolean, Enumeration, String, Binary can be connected"
-            );
-        }
         let whole = |t| matches!(t, DataType::Integer | DataType::Enumeration);
         let data_type = start.data_type.or(end.data_type);
         if let (Some(a), Some(b)) = (start.data_type, end.data_type)
@@ -336,6 +330,8 @@ impl Flattening<'_> {
                 b.name()
             );
         }
+        let named = [&wire.start, &wire.end].map(End::to_string);
+        check_mime_types(&name, named, [&start.mime_type, &end.mime_type])?;
         if let (Some(transformation), Some(data_type)) = (&wire.transformation, data_type) {
             let (element, fitting) = match transformation {
                 Transformation::Linear { .. } => ("a LinearTransformation", DataType::Real),
@@ -406,6 +402,24 @@ impl Flattening<'_> {
         let owner = self.references.get(&owner).cloned().unwrap_or(owner);
         (owner, end.connector.clone())
     }
+}
+
+/// Refuses a connection between bytes that are declared to be of different kinds. Case, blanks and
+/// quotes do not count.
+pub(crate) fn check_mime_types(
+    connection: &str,
+    [start, end]: [String; 2],
+    declared: [&Option<String>; 2],
+) -> Result<()> {
+    let [Some(a), Some(b)] = declared else {
+        return Ok(());
+    };
+    let meant = |text: &str| text.to_lowercase().replace(['"', ' ', '\t'], "");
+    ensure!(
+        meant(a) == meant(b),
+        "{connection}: `{start}` has the MIME type `{a}`, `{end}` has `{b}`; both ends must have the same"
+    );
+    Ok(())
 }
 
 /// The connector at one end of a connection, and whether it gives values to the system, rather than

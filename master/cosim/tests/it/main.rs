@@ -42,6 +42,8 @@ mod sizes;
 mod support;
 mod threads;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
+mod ticks;
+#[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod told;
 #[cfg(all(target_os = "linux", target_arch = "x86_64"))]
 mod whole_values;
