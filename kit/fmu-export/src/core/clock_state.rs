@@ -22,6 +22,8 @@ pub(crate) struct Ticks<M: Model> {
 #[derive(Clone, Copy, Serialize, Deserialize)]
 pub(crate) struct ClockState {
     pub(super) is_active: bool,
+    /// An output clock that ticks since the last update, whatever is computed in this instant.
+    pub(super) is_begun: bool,
     pub(super) qualifier: Qualifier,
     /// s; NaN if not known.
     pub(super) interval: f64,
@@ -47,6 +49,7 @@ impl<M: Model> Ticks<M> {
     pub(crate) fn new() -> Option<Box<Self>> {
         let state = |clock: &Clock<M>| ClockState {
             is_active: false,
+            is_begun: false,
             qualifier: clock
                 .interval()
                 .map_or(Qualifier::Unknown, |_| Qualifier::Changed),
@@ -75,7 +78,8 @@ impl<M: Model> Ticks<M> {
     /// What active clocks compute has to be computed anew.
     #[inline]
     pub(crate) fn mark(&mut self) {
-        self.is_pending |= self.each.iter().any(|clock| clock.is_active);
+        let mut all = M::CLOCKS.iter().zip(&self.each);
+        self.is_pending |= all.any(|(clock, own)| own.is_active && clock.is_input());
     }
 }
 
@@ -126,7 +130,8 @@ impl ClockState {
         }
         let interval = match clock.timing {
             Timing::Output(take) => {
-                self.is_active = take(model);
+                self.is_begun = take(model);
+                self.is_active = self.is_begun;
                 return Ok(self.is_active);
             }
             Timing::Changing(next) if has_ticked => Some(next(model, p)),

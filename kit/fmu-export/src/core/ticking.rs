@@ -48,7 +48,7 @@ impl<M: Model> Instance<M> {
         collect_messages(&mut self.messages, model);
         for (clock, own) in M::CLOCKS.iter().zip(&mut ticks.each) {
             if let Timing::Output(take) = clock.timing {
-                own.is_active = take(model);
+                own.is_active = take(model) | own.is_begun;
             }
         }
         ticks.is_pending = false;

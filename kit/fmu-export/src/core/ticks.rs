@@ -68,7 +68,9 @@ impl<M: Model> Instance<M> {
             self.model()?;
             let ticks = self.ticks();
             ticks.before = None;
-            ticks.each.iter_mut().for_each(|own| own.is_active = false);
+            for own in &mut ticks.each {
+                (own.is_active, own.is_begun) = (false, false);
+            }
         }
         self.enter(phase)
     }
