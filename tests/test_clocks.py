@@ -118,3 +118,27 @@ def test_cosim_ticks_them(fmu, tmp_path):
         assert value("inClock1Ticks") == int(t) + 1
         assert value("inClock3Ticks") == (t >= 4)
         assert value("output3") == 1000 * (t >= 4)
+
+
+def test_cosim_connects_them(fmu, tmp_path):
+    """`outClock` of one ticks `inClock2` of another, with every schedule: at 4 s, when the first one's ticks are five, and at 8 s, when they are
+    ten, since the countdown has ticked at 4 s, too. The other then has what the driver's table has of the first and third clock."""
+    a, b = (shutil.copy(fmu, tmp_path / f"{name}.fmu") for name in "ab")
+    for schedule in ("standard", "jacobi", "gauss-seidel"):
+        out = tmp_path / f"{schedule}.csv"
+        options = ["--connect", "a.outClock=b.inClock2", "--connect", "a.totalInClockTicks=b.input2", "--stop-time", "9.5", "--step", "0.5"]
+        command = [program("cosim"), "run", a, b, *options, "--schedule", schedule, "--csv", out]
+        done = subprocess.run(command, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        said = done.stdout + done.stderr
+        assert "a: its clock `inClock2` is triggered from outside" in said and "b: its clock" not in said, said
+        with open(out) as file:
+            rows = list(csv.DictReader(file))
+        assert len(rows) == 20
+        for row in rows:
+            t = float(row["time"])
+            _, first, _, third, _ = ROWS[int(t)]
+            ticks = (t >= 4) + (t >= 8)
+            value = lambda name: int(float(row[f"b.{name}"]))
+            expected = [first, ticks, third, 5 * (t >= 4) + 10 * (t >= 8)]
+            assert [value(name) for name in ("inClock1Ticks", "inClock2Ticks", "inClock3Ticks", "result2")] == expected, (schedule, t, row)

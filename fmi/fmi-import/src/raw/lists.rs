@@ -124,8 +124,10 @@ impl RawInstance {
             return ABSENT;
         };
         let BinaryRoom { sizes, at, values } = room;
-        (sizes.clear(), sizes.resize(n, 0));
-        (at.clear(), at.resize(n, ptr::null()));
+        sizes.clear();
+        sizes.resize(n, 0);
+        at.clear();
+        at.resize(n, ptr::null());
         values.resize(values.len().max(n), Value::Bytes(Vec::new()));
         let (sizes_at, values_at) = (sizes.as_mut_ptr(), at.as_mut_ptr());
         let _call = self.call();
@@ -162,9 +164,11 @@ impl RawInstance {
         let Fmi3(f) = &self.version else {
             return ABSENT;
         };
-        (room.at.clear(), room.sizes.clear());
+        room.at.clear();
+        room.sizes.clear();
         for value in values {
-            (room.at.push(value.as_ptr()), room.sizes.push(value.len()));
+            room.at.push(value.as_ptr());
+            room.sizes.push(value.len());
         }
         let (n, sizes, at) = (room.at.len(), room.sizes.as_ptr(), room.at.as_ptr());
         let _call = self.call();
