@@ -360,6 +360,13 @@ fn wiring(args: &WiringArgs) -> Result<Verdict> {
         let exchange = Exchange::new(&wiring, order, |_| true).context(title)?;
         writeln!(text, "\n{title}\n{}", exchange.describe(&wiring).trim_end())?;
     }
+    if !wiring.clocks.is_empty() {
+        writeln!(text, "\nticks of clocks, in Event Mode")?;
+    }
+    for ends in &wiring.clocks {
+        let [from, to] = ends.map(|port| wiring.name(port));
+        writeln!(text, "  {from} -> {to}")?;
+    }
     let mut outputs = connected(&system)?;
     outputs.retain(|port| system.variable(*port).causality == Causality::Output);
     let [early, late] = [false, true].map(|is_late| {

@@ -390,17 +390,15 @@ impl Coupling {
     /// news; returns whether there were ticks that were not passed in this instant yet.
     fn pass_clocked(&mut self, t: f64) -> Result<bool> {
         let (at, mut is_any) = (At::Time(t), false);
+        if self.ticks.is_empty() {
+            return Ok(false);
+        }
         for _ in 0..MAX_PASSES {
             let mut has_news = self.ticks.pass(&self.instances, at)?;
             is_any |= has_news;
             let in_events = &mut self.ticks.in_events;
             in_events.clear();
-            for k in self
-                .timed
-                .iter()
-                .copied()
-                .filter(|_| !self.ticks.links.is_empty())
-            {
+            for k in self.timed.iter().copied() {
                 if self.instances[k].call(Call::InEvents, at)? != 0.0 {
                     in_events.push(k);
                 }

@@ -11,14 +11,14 @@ use fmi_import::value::Value;
 /// The connections between clocks.
 #[derive(Default)]
 pub(crate) struct Ticks {
-    pub(super) links: Vec<TickLink>,
+    links: Vec<TickLink>,
     /// Components that are in Event Mode.
     pub in_events: Vec<usize>,
     /// Values before they were read once more in the same instant.
     pub before: (Vec<f64>, Vec<Value>),
 }
 
-pub(crate) struct TickLink {
+struct TickLink {
     name: String,
     /// Component and clock.
     from: (usize, Batch),

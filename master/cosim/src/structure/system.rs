@@ -314,7 +314,10 @@ impl System {
     /// set: those of FMUs that allow to read them again, else those of the others.
     pub fn read_once(&self, by_choice: bool) -> Result<Vec<String>> {
         let wiring = self.wiring()?;
+        // Where clocks are connected, clocked values are read at their ticks, too.
+        let at_ticks = |p: &Port| !wiring.clocks.is_empty() && wiring.passes_at_ticks(*p);
         let outputs = wiring.links.iter().map(|link| link.from);
+        let outputs = outputs.filter(|p| !at_ticks(p));
         let own = outputs.filter(|p| self.can_read_again(p.component) == by_choice);
         let mut ports: Vec<Port> = own.filter(|p| wiring.is_read_once(*p)).collect();
         ports.sort();
