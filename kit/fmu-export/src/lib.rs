@@ -100,6 +100,8 @@
 //! `#[fmu(model_exchange)]`.
 
 mod c_api;
+#[cfg(feature = "can")]
+pub mod can;
 mod check;
 mod core;
 #[cfg(feature = "derive")]
@@ -179,3 +181,8 @@ pub mod prelude {
 #[cfg(all(doctest, feature = "derive"))]
 #[doc = include_str!("../../README.md")]
 struct Readme;
+
+/// The node in the page about CAN.
+#[cfg(all(doctest, feature = "can"))]
+#[doc = include_str!("../../../docs/kit/can.md")]
+struct CanPage;

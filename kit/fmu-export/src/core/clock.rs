@@ -102,6 +102,7 @@ impl<M: Model> Clock<M> {
             row: Variable::row(name, description, causality, Storage::Clock, true),
             timing,
             shift: 0.0,
+            ticks_later: false,
             on_tick,
         }
     }
@@ -109,6 +110,13 @@ impl<M: Model> Clock<M> {
     /// The delay of the first tick of a periodic clock, s.
     pub const fn shift(mut self, shift: f64) -> Self {
         self.shift = shift;
+        self
+    }
+
+    /// An output clock that never ticks together with the clock whose function has caused it, but in
+    /// the next instant of the same Event Mode: its variables depend on no input at once.
+    pub const fn in_next_instant(mut self) -> Self {
+        self.ticks_later = true;
         self
     }
 

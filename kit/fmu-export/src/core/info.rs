@@ -167,6 +167,9 @@ pub struct Terminal {
     pub(crate) description: &'static str,
     pub(crate) matching_rule: &'static str,
     pub(crate) members: &'static [(&'static str, &'static str)],
+    /// The FMU simulates the bus of the terminal.
+    #[cfg(feature = "can")]
+    pub(crate) is_of_bus: bool,
 }
 
 impl Terminal {
@@ -185,6 +188,8 @@ impl Terminal {
             description,
             matching_rule: "plug",
             members,
+            #[cfg(feature = "can")]
+            is_of_bus: false,
         }
     }
 
@@ -193,4 +198,30 @@ impl Terminal {
         self.matching_rule = "bus";
         self
     }
+
+    /// A connection to a CAN network by FMI-LS-BUS ([`can`](crate::can)): its members are the
+    /// variables `name.Rx_Data`, `Rx_Clock`, `Tx_Data` and `Tx_Clock`, and `name.BusNotifications`
+    /// if there is one. The FMU has the manifest of the layered standard then.
+    #[cfg(feature = "can")]
+    pub const fn can(name: &'static str, description: &'static str) -> Self {
+        let mut terminal = Self::new(name, CAN_KIND, description, &[]);
+        terminal.matching_rule = "org.fmi-ls-bus.transceiver";
+        terminal
+    }
+
+    /// The FMU simulates the bus of this terminal, and is no node of it: `isBusSimulationFMU`.
+    #[cfg(feature = "can")]
+    pub const fn of_bus_simulation(mut self) -> Self {
+        self.is_of_bus = true;
+        self
+    }
+
+    #[cfg(feature = "can")]
+    pub(crate) fn is_can(&self) -> bool {
+        self.kind == CAN_KIND
+    }
 }
+
+/// `terminalKind` of a network.
+#[cfg(feature = "can")]
+const CAN_KIND: &str = "org.fmi-ls-bus.network-terminal";

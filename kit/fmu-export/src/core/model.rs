@@ -288,6 +288,8 @@ pub struct Clock<M: Model> {
     pub(crate) timing: Timing<M>,
     /// Delay of the first tick of a periodic clock, s.
     pub(crate) shift: f64,
+    /// An output clock that ticks in the instant after the one that has caused it.
+    pub(crate) ticks_later: bool,
     pub(crate) on_tick: OnTick<M>,
 }
 

@@ -47,8 +47,11 @@ impl<M: Model> Instance<M> {
         }
         collect_messages(&mut self.messages, model);
         for (clock, own) in M::CLOCKS.iter().zip(&mut ticks.each) {
-            if let Timing::Output(take) = clock.timing {
-                own.is_active = take(model) | own.is_begun;
+            match clock.timing {
+                Timing::Output(take) if !clock.ticks_later => {
+                    own.is_active = take(model) | own.is_begun;
+                }
+                _ => {}
             }
         }
         ticks.is_pending = false;

@@ -1,5 +1,7 @@
 //! `modelDescription.xml` of FMI 3.0 from the table, for `entry`, `check` and tests of models.
 
+#[cfg(feature = "can")]
+mod can;
 mod structure;
 mod terminals;
 mod variables;
@@ -26,6 +28,10 @@ pub(super) fn files<M: Model>(sizes: &str) -> Result<Vec<Packed>, String> {
     if let Some(xml) = terminals::text::<M>()? {
         let path = "terminalsAndIcons/terminalsAndIcons.xml".to_owned();
         files.push((path, xml.into_bytes().into()));
+    }
+    #[cfg(feature = "can")]
+    if let Some(xml) = can::manifest::<M>()? {
+        files.push((can::MANIFEST.to_owned(), xml.into_bytes().into()));
     }
     Ok(files)
 }
@@ -91,5 +97,7 @@ fn model_description_with_sizes<M: Model>(sizes: &str) -> Result<String, String>
 /// The first mistake in the table or the terminals.
 pub(crate) fn check<M: Model>(layout: &Layout<M>, start: &StartValues<M>) -> Result<(), String> {
     terminals::check(layout)?;
+    #[cfg(feature = "can")]
+    can::check(layout)?;
     table_check::check(layout, start)
 }

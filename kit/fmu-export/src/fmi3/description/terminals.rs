@@ -35,14 +35,17 @@ pub(crate) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
 
 /// The text of the file; None if the model has no terminals.
 pub(crate) fn text<M: Model>() -> Result<Option<String>, String> {
+    let member = |member: &str, variable: &str| {
+        Element::new("TerminalMemberVariable").with([
+            ("variableName", variable),
+            ("memberName", member),
+            ("variableKind", "signal"),
+        ])
+    };
     let terminals = M::INFO.terminals.iter().map(|terminal| {
-        let members = terminal.members.iter().map(|(member, variable)| {
-            Element::new("TerminalMemberVariable").with([
-                ("variableName", *variable),
-                ("memberName", *member),
-                ("variableKind", "signal"),
-            ])
-        });
+        let members = terminal.members.iter().map(|(name, of)| member(name, of));
+        #[cfg(feature = "can")]
+        let members = members.chain(super::can::members::<M>(terminal, member));
         let attributes = [
             ("name", terminal.name),
             ("matchingRule", terminal.matching_rule),
