@@ -27,6 +27,8 @@ EXAMPLES = [
     "examples/quarter-car/chassis",
     "examples/quarter-car/wheel",
     "kit/fmu-export/example",
+    "kit/fmu-export/example-can/bus",
+    "kit/fmu-export/example-can/node",
     "kit/fmu-export/example-derive",
     "kit/fmu-export/example-events",
 ]
