@@ -2,6 +2,7 @@
 
 use super::model::{FORCE, SPEED, SensorsFmu};
 use fmu_export::{ALL_PARAMETERS, File, Info, Terminal, Unit, Variable, row};
+use sensors::{W_M_MAX, X_DOT_MAX, ZETA_DOT_MAX};
 
 pub(crate) const INFO: Info = Info::new(
     "Sensors",
@@ -35,14 +36,14 @@ const fn measured(row: V) -> V {
 pub(crate) const VARIABLES: &[V] = &[
     // What is measured
     measured(row!(V, inputs zeta in u, "joint angles: slew, lift, tilt, wrist")).unit("rad").display_unit("deg").range(-100.0..=100.0),
-    measured(row!(V, inputs zeta_dot in u, "joint rates; read if speed = ideal")).unit("rad/s").display_unit("deg/s").range(-1e4..=1e4),
+    measured(row!(V, inputs zeta_dot in u, "joint rates; read if speed = ideal")).unit("rad/s").display_unit("deg/s").range(-ZETA_DOT_MAX..=ZETA_DOT_MAX),
     measured(row!(V, inputs theta_m in u, "motor angles of slew, lift and tilt actuator")).unit("rad").display_unit("deg").range(-1e8..=1e8),
-    measured(row!(V, inputs w_m in u, "motor speeds; read if speed = ideal")).unit("rad/s").display_unit("rpm").range(-1e6..=1e6),
+    measured(row!(V, inputs w_m in u, "motor speeds; read if speed = ideal")).unit("rad/s").display_unit("rpm").range(-W_M_MAX..=W_M_MAX),
     measured(row!(V, inputs i_d in u, "direct-axis currents (peak)")).unit("A").range(-1e5..=1e5),
     measured(row!(V, inputs i_q in u, "quadrature-axis currents (peak)")).unit("A").range(-1e5..=1e5),
     measured(row!(V, inputs F in u, "rod forces, positive when pushing")).unit("N").display_unit("kN").range(-1e8..=1e8),
     measured(row!(V, inputs x in u, "rod positions, positive when extended")).unit("m").display_unit("mm").range(-10.0..=10.0),
-    measured(row!(V, inputs x_dot in u, "rod velocities; read if speed = ideal")).unit("m/s").display_unit("mm/s").range(-100.0..=100.0),
+    measured(row!(V, inputs x_dot in u, "rod velocities; read if speed = ideal")).unit("m/s").display_unit("mm/s").range(-X_DOT_MAX..=X_DOT_MAX),
 
     // Readings depend directly on the inputs if `delay` is 0. The dependencies are the same for
     // other delays, because FMI 2.0 has one list for all parameter values.

@@ -25,7 +25,7 @@ mod speed;
 
 pub use params::{
     ACTUATORS, Current, DELAY_MAX, Encoder, Force, ForceKind, JOINTS, JointZero, Params, Speed,
-    SpeedKind,
+    SpeedKind, W_M_MAX, X_DOT_MAX, ZETA_DOT_MAX,
 };
 pub use random::{FixedErrors, Noise};
 pub use sample::{Sample, Signals, State};

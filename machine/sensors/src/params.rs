@@ -8,6 +8,13 @@ pub const JOINTS: usize = 6;
 pub const ACTUATORS: usize = 3;
 /// Largest delay of a reading, communication steps.
 pub const DELAY_MAX: u32 = 4;
+/// Largest estimated speeds of joints, rad/s, motors, rad/s, and rods, m/s: those that ideal ones may
+/// have. An estimate jumps beyond them where a position does.
+pub const ZETA_DOT_MAX: f64 = 1e4;
+/// See [`ZETA_DOT_MAX`].
+pub const W_M_MAX: f64 = 1e6;
+/// See [`ZETA_DOT_MAX`].
+pub const X_DOT_MAX: f64 = 100.0;
 
 /// All parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -3,7 +3,9 @@
 use crate::current::Errors;
 use crate::random::Source;
 use crate::speed::Track;
-use crate::{ACTUATORS, DELAY_MAX, JOINTS, Noise, Sensors, SpeedKind};
+use crate::{
+    ACTUATORS, DELAY_MAX, JOINTS, Noise, Sensors, SpeedKind, W_M_MAX, X_DOT_MAX, ZETA_DOT_MAX,
+};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -111,7 +113,7 @@ impl Sensors {
             let track = p.speed.follow(&s.memory.joint[k], read, s.period);
             now.memory.joint[k] = track;
             now.output.zeta[k] = read;
-            now.output.zeta_dot[k] = self.speed(&track, u.zeta_dot[k]);
+            now.output.zeta_dot[k] = self.speed(&track, u.zeta_dot[k], ZETA_DOT_MAX);
         }
     }
 
@@ -121,11 +123,11 @@ impl Sensors {
 
         y.theta_m[k] = p.motor_encoder.read(u.theta_m[k], TAU, noise.motor[k]);
         memory.motor[k] = (p.speed.for_motors()).follow(&s.memory.motor[k], y.theta_m[k], s.period);
-        y.w_m[k] = self.speed(&memory.motor[k], u.w_m[k]);
+        y.w_m[k] = self.speed(&memory.motor[k], u.w_m[k], W_M_MAX);
 
         y.x[k] = p.rod_encoder.read(u.x[k], 1.0, noise.rod[k]);
         memory.rod[k] = p.speed.follow(&s.memory.rod[k], y.x[k], s.period);
-        y.x_dot[k] = self.speed(&memory.rod[k], u.x_dot[k]);
+        y.x_dot[k] = self.speed(&memory.rod[k], u.x_dot[k], X_DOT_MAX);
 
         let errors = Errors {
             gain: drawn.gain[k],
@@ -146,10 +148,11 @@ impl Sensors {
         y.F[k] = (p.force).read(memory.shown[k], errors, noise.force[k], y.i_q[k]);
     }
 
-    fn speed(&self, track: &Track, ideal: f64) -> f64 {
+    /// The ideal speed, or the estimate within what the sensor can tell.
+    fn speed(&self, track: &Track, ideal: f64, most: f64) -> f64 {
         match self.p.speed.kind {
             SpeedKind::Ideal => ideal,
-            SpeedKind::Difference | SpeedKind::Observer => track.speed,
+            SpeedKind::Difference | SpeedKind::Observer => track.speed.clamp(-most, most),
         }
     }
 
@@ -205,5 +208,35 @@ impl Sample {
                     .iter()
                     .all(|v| v.is_finite())
             })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Params;
+
+    /// A position that jumps to its bound within a step of 1 ms, as a faulty encoder's does: 100 rad are
+    /// 10⁵ rad/s, and 10 m are 10⁴ m/s.
+    #[test]
+    fn an_estimated_speed_stays_within_what_the_sensor_can_tell() {
+        let mut p = Params::OFF;
+        p.speed.kind = SpeedKind::Difference;
+        p.speed.filter_time = 0.0;
+        let sensors = Sensors::new(p);
+        let still = Signals::default();
+        let mut state = sensors.start(&still);
+        let sample = sensors.measure(&state, &still);
+        sensors.advance(&mut state, &sample, 1e-3);
+        let jump = Signals {
+            zeta: [100.0; JOINTS],
+            theta_m: [-1e8; ACTUATORS],
+            x: [10.0; ACTUATORS],
+            ..still
+        };
+        let read = sensors.measure(&state, &jump).output;
+        assert_eq!(read.zeta_dot, [ZETA_DOT_MAX; JOINTS]);
+        assert_eq!(read.w_m, [-W_M_MAX; ACTUATORS]);
+        assert_eq!(read.x_dot, [X_DOT_MAX; ACTUATORS]);
     }
 }
