@@ -170,7 +170,11 @@ WIRING_BASES = {
     "plain": "wiring --system o.ssp", "replaced": "wiring --system o.ssp --fmu spring=b.fmu", "loop": "wiring --system loop.ssp", "none": "wiring",
     "mute": "wiring --system mute.ssp --variant half.ssd",
 }  # fmt: skip
-WIRING = SYSTEM | {"--system": Acts("--system o.ssp", "none"), "--try": Acts("--try"), "--fmu": Acts("--fmu spring=d.fmu"), "--map": Refused("--map spring=absent.ssm", "absent.ssm")}
+MADE_BY_NO_RUN = "says how a run is made, and this command makes none"
+OF_RUNS = {
+    "--solver": "--solver spring=stiff", "--isolate": "--isolate all", "--prefer": "--prefer wasm", "--call-timeout": "--call-timeout 1", "--memory-limit": "--memory-limit 1GB",
+}  # fmt: skip
+WIRING = SYSTEM | {name: Refused(words, f"{name} {MADE_BY_NO_RUN}") for name, words in OF_RUNS.items()} | {"--system": Acts("--system o.ssp", "none"), "--try": Acts("--try"), "--fmu": Acts("--fmu spring=d.fmu"), "--map": Refused("--map spring=absent.ssm", "absent.ssm")}
 INFO_BASES = {"plain": "info o.ssp", "fmu": "info a.fmu"}
 INFO = {
     "--fmu-dir": Refused("--fmu-dir .", "--fmu-dir is for systems", "fmu"),
@@ -364,7 +368,6 @@ SETUP = {name: Told(SHARED) for name in MACHINE} | {
     "--set": Refused("--set absent=1", "`absent`"),
     "--waypoints": Refused("--waypoints absent.json", "absent.json"),
 }
-MADE_BY_NO_RUN = "says how a run is made, and this command makes none"
 SHORT = "--stop-time 0.02"
 SLOW = "takes long: tests/test_worlds.py"
 #: By command: bases and table.
@@ -485,7 +488,7 @@ STUDIES = {
         SETUP
         | {name: Refused(words, MADE_BY_NO_RUN) for name, words in {
             "--stop-time": SHORT, "--input-derivatives": "--input-derivatives", "--between": "--between extrapolated", "--threads": "--threads 2",
-            "--interface": "--interface hdrm=me", "--solver": "--solver hdrm=stiff", "--isolate": "--isolate hdrm", "--call-timeout": "--call-timeout 1", "--memory-limit": "--memory-limit 1GB",
+            "--interface": "--interface hdrm=me", **OF_RUNS,
             "--rate": "--rate hdrm=0.0005", "--feedthrough": "--feedthrough hdrm", "--solve-loops": "--solve-loops",
         }.items()}
         | {

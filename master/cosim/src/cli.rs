@@ -182,6 +182,24 @@ impl SystemArgs {
         self.changed(system, start_values)
     }
 
+    /// Refuses those of these options that are given, for commands that make no run, and those of
+    /// processes if no instances are made.
+    pub fn refuse_running(&self, options: &[(bool, &str)], no_instances: bool) -> Result<()> {
+        let own = [
+            (!self.isolation.isolate.is_empty(), "--isolate"),
+            (self.isolation.call_timeout.is_some(), "--call-timeout"),
+            (self.isolation.memory_limit.is_some(), "--memory-limit"),
+            (self.isolation.prefers_wasm(), "--prefer"),
+        ];
+        let own = own.iter().filter(|_| no_instances);
+        match options.iter().chain(own).find(|(is_given, _)| *is_given) {
+            Some((_, option)) => {
+                bail!("{option} says how a run is made, and this command makes none")
+            }
+            None => Ok(()),
+        }
+    }
+
     fn fmu_use(&self) -> Result<FmuUse> {
         self.isolation.clone().fmu_use(self.interfaces.clone())
     }

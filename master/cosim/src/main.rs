@@ -342,6 +342,9 @@ fn convert(args: &ConvertArgs) -> Result<Verdict> {
 }
 
 fn wiring(args: &WiringArgs) -> Result<Verdict> {
+    // `--try` makes instances, in processes of their own if that is wanted.
+    let solver = [(!args.system.solvers.is_empty(), "--solver")];
+    args.system.refuse_running(&solver, !args.tries)?;
     let system = load(&args.system, &[])?;
     let wiring = system.wiring()?;
     let mut text = String::new();

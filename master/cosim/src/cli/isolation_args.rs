@@ -46,7 +46,7 @@ impl IsolationArgs {
     /// # Errors
     /// A limit is none, or there is no such binary.
     pub fn fmu_use(self, interfaces: Vec<String>) -> Result<FmuUse> {
-        let prefers_wasm = self.prefer == "wasm";
+        let prefers_wasm = self.prefers_wasm();
         ensure!(
             prefers_wasm || self.prefer == LIBRARY,
             "--prefer {}: it must be library or wasm",
@@ -58,6 +58,11 @@ impl IsolationArgs {
             isolated: self.isolate,
             prefers_wasm,
         })
+    }
+
+    /// Whether WebAssembly runs where there is also a library.
+    pub fn prefers_wasm(&self) -> bool {
+        self.prefer == "wasm"
     }
 
     /// The limits of each process.

@@ -7,6 +7,7 @@ use std::collections::HashMap;
 use anyhow::Result;
 
 use crate::exchange::bond::Residual;
+use crate::fmu::Fmu;
 use crate::instance::Ended;
 use crate::master::Master;
 use crate::run::alarms::AlarmWatch;
@@ -41,6 +42,18 @@ impl Supervision {
                 short(step),
                 short(internal)
             ));
+        }
+        let fmus = || system.structure.components.iter().zip(&system.fmus);
+        for (is_wasm, what) in [
+            (false, "in a process of its own"),
+            (true, "from WebAssembly, in a process of its own"),
+        ] {
+            let alike = |fmu: &Fmu| fmu.is_isolated() && fmu.loaded.is_wasm() == is_wasm;
+            let alike = fmus().filter(|(_, fmu)| alike(fmu));
+            let names: Vec<&str> = alike.map(|(component, _)| &*component.name).collect();
+            if !names.is_empty() {
+                findings.note(format!("{what}: {}", names.join(", ")));
+            }
         }
         Ok(Self {
             watch: Watch::new(master.time(), &master.exchange().values),

@@ -117,7 +117,7 @@ impl MachineArgs {
     /// Refuses options of how a run is made, for commands that make none.
     pub fn refuse_stepping(&self) -> Result<()> {
         let (run, system) = (&self.run, &self.system);
-        let given = [
+        let options = [
             (run.stop_time.is_some(), "--stop-time"),
             (run.input_derivatives, "--input-derivatives"),
             (run.between != Between::default(), "--between"),
@@ -125,19 +125,10 @@ impl MachineArgs {
             (!system.rates.is_empty(), "--rate"),
             (!system.interfaces.is_empty(), "--interface"),
             (!system.solvers.is_empty(), "--solver"),
-            (!system.isolation.isolate.is_empty(), "--isolate"),
-            (system.isolation.call_timeout.is_some(), "--call-timeout"),
-            (system.isolation.memory_limit.is_some(), "--memory-limit"),
-            (system.isolation.prefer == "wasm", "--prefer"),
             (!system.feedthrough.is_empty(), "--feedthrough"),
             (system.solve_loops, "--solve-loops"),
         ];
-        match given.iter().find(|(is_given, _)| *is_given) {
-            Some((_, option)) => {
-                bail!("{option} says how a run is made, and this command makes none")
-            }
-            None => Ok(()),
-        }
+        system.refuse_running(&options, true)
     }
 
     /// Whether a bad verdict ends the program with exit code 2 (`--check`).
