@@ -37,7 +37,7 @@ def copied(package: Path, count: int, target: Path) -> Path:
         for name in old.namelist():
             if not name.endswith(".ssd"):
                 new.writestr(name, old.read(name))
-        text = old.read("standard.ssd").decode()
+        text = re.sub('<ssc:Annotation type="io.github.hdrm-fmu.alarms">.*?</ssc:Annotation>', "", old.read("standard.ssd").decode(), flags=re.DOTALL)
         for block in ("Elements", "Connections"):
             one = re.search(f"(?<=<ssd:{block}>).*(?=</ssd:{block}>)", text, re.DOTALL).group()
             named = re.compile(r'(<ssd:Component name="|(?:start|end)Element=")')

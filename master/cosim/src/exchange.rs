@@ -11,6 +11,7 @@ pub(crate) mod means;
 pub(crate) mod ticks;
 mod transfers;
 pub(crate) mod unconnected;
+pub(crate) mod whole_steps;
 
 use std::collections::{BTreeMap, HashMap};
 

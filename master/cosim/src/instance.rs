@@ -6,6 +6,7 @@ mod errors;
 pub(crate) mod finite;
 #[cfg(feature = "native")]
 mod remote;
+pub(crate) mod step_calls;
 #[cfg_attr(not(feature = "native"), path = "instance/workers_of_module.rs")]
 pub(crate) mod workers;
 
@@ -27,6 +28,7 @@ pub use fmi_import::under_way;
 use fmi_import::value::{Value, fits};
 
 use crate::fmu::Fmu;
+use step_calls::{FailedCall, StepCalls};
 use workers::Worker;
 
 /// An FMU instance. The owner terminates it; it is freed when dropped.
@@ -39,6 +41,8 @@ pub struct Instance {
     /// Made for schedules that read outputs again after inputs were set.
     pub(crate) is_staged: bool,
     is_elsewhere: bool,
+    /// The worker in whose thread it runs, and its number there.
+    host: Option<(Worker, usize)>,
     /// Variables that may have values that are not finite, in order.
     nonfinite: Vec<usize>,
 }
@@ -174,6 +178,9 @@ impl Instance {
             has_events,
             is_staged,
             is_elsewhere: worker.is_some() || fmu.isolation.is_some(),
+            host: worker
+                .filter(|_| fmu.isolation.is_none())
+                .map(|worker| (worker.clone(), worker.last())),
             nonfinite: Vec::new(),
         };
         instance.log_only_warnings()?;
@@ -189,6 +196,21 @@ impl Instance {
     /// Whether it runs in another thread or process.
     pub(crate) fn is_elsewhere(&self) -> bool {
         self.is_elsewhere
+    }
+
+    /// The worker in whose thread it runs, and its number there.
+    pub(crate) fn host(&self) -> Option<&(Worker, usize)> {
+        self.host.as_ref()
+    }
+
+    /// Makes the calls of a step, in the thread of the caller.
+    pub(crate) fn make_step(
+        &self,
+        calls: &StepCalls,
+        values: &mut [f64],
+        time: [f64; 2],
+    ) -> Result<(), FailedCall> {
+        calls.make(&*self.fmi, values, time)
     }
 
     /// Begins a call, if it runs in another thread or process.
@@ -328,7 +350,7 @@ impl Instance {
     /// The error of a step; as [`Stopped`], with the time if the FMU reports it, if the FMU ended
     /// the step early.
     #[cold]
-    fn step_error(&self, error: Error, t: f64) -> Error {
+    pub(crate) fn step_error(&self, error: Error, t: f64) -> Error {
         let is_discarded = Answer::status(&error) == Some(status::DISCARD);
         let is_stopped = is_discarded || error.is::<Stopped>();
         let error = self.error(error, None, At::Time(t));

@@ -14,6 +14,7 @@ use crate::exchange::faults::{Alteration, Faults, is_source};
 use crate::exchange::means::Means;
 use crate::exchange::ticks::Ticks;
 use crate::exchange::unconnected::Unconnected;
+use crate::exchange::whole_steps::WholeSteps;
 use crate::exchange::{Exchange, Order};
 use crate::instance::{At, Call, Ended, Instance, State, all};
 use crate::io::input_table::InputTable;
@@ -152,6 +153,7 @@ impl Master {
             ticks: Ticks::new(&wiring),
             rates,
             exchange,
+            whole_steps: None,
             balance,
             derivatives,
             means,
@@ -163,6 +165,9 @@ impl Master {
             coupling.save(start).context(
                 "loops are solved by repeated steps with the schedule standard, for which every component must save its state",
             )?;
+        }
+        if !is_staged {
+            coupling.whole_steps = WholeSteps::new(&coupling);
         }
         schedule::begin(stepping.schedule, &mut coupling, start)?;
         coupling.tick(start, TOLERANCE * step, is_staged)?;

@@ -10,6 +10,7 @@ use crate::exchange::bond::{BondSlots, BondStep, Residual};
 use crate::exchange::means::Means;
 use crate::exchange::ticks::Ticks;
 use crate::exchange::unconnected::Unconnected;
+use crate::exchange::whole_steps::WholeSteps;
 use crate::exchange::{Exchange, ExchangeState};
 use crate::instance::{At, BegunCall, Call, Ended, Failure, Instance, State, all};
 use crate::schedule::rates::{ComponentStep, PastValues, Rates};
@@ -29,6 +30,8 @@ pub(crate) struct Coupling {
     pub fixed: Option<String>,
     pub exchange: Exchange,
     pub ticks: Ticks,
+    /// Set if threads make whole steps in the schedule `standard`.
+    pub whole_steps: Option<WholeSteps>,
     pub unconnected: Unconnected,
     /// Set if components have steps of their own, or inputs that are not held.
     pub rates: Option<Rates>,
@@ -219,7 +222,7 @@ impl Coupling {
     /// The error of a step to `end`, s, unless the FMU has made the step and asks to end the
     /// simulation: the run then ends once the others have made it, too.
     #[cold]
-    fn end_after(&mut self, error: Error, end: f64) -> Result<()> {
+    pub fn end_after(&mut self, error: Error, end: f64) -> Result<()> {
         match error.downcast_ref::<Ended>() {
             Some(ended) if ended.is_after_step(end) => {
                 self.ended.get_or_insert(error);

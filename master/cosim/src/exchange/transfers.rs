@@ -138,18 +138,28 @@ impl Write {
         faults: Option<&mut Alteration>,
         at: At,
     ) -> Result<()> {
-        let instance = &instances[self.instance];
-        self.gather(values, faults);
-        self.check(instance, at)?;
-        instance.set(&self.batch, &self.buffer, at)
+        self.gathered(instances, values, faults, at)?;
+        self.set(instances, at)
     }
 
-    /// The values that were gathered must be finite.
-    fn check(&self, instance: &Instance, at: At) -> Result<()> {
-        match self.is_checked {
-            true => Ok(()),
-            false => instance.check_given(&self.batch, &self.buffer, at),
+    /// Set the inputs to what was gathered.
+    pub(super) fn set(&self, instances: &[Instance], at: At) -> Result<()> {
+        instances[self.instance].set(&self.batch, &self.buffer, at)
+    }
+
+    /// Gather the values, which must be finite.
+    pub(super) fn gathered(
+        &mut self,
+        instances: &[Instance],
+        values: &[f64],
+        faults: Option<&mut Alteration>,
+        at: At,
+    ) -> Result<&[f64]> {
+        self.gather(values, faults);
+        if !self.is_checked {
+            instances[self.instance].check_given(&self.batch, &self.buffer, at)?;
         }
+        Ok(&self.buffer)
     }
 
     /// Set the inputs of an instance in this thread, or begin to set those of one in another
@@ -165,8 +175,7 @@ impl Write {
         if !instance.is_elsewhere() {
             return self.run(instances, values, faults, at);
         }
-        self.gather(values, faults);
-        self.check(instance, at)?;
+        self.gathered(instances, values, faults, at)?;
         instance.begin(BegunCall::Set(&self.batch, &self.buffer));
         Ok(())
     }

@@ -17,7 +17,7 @@ impl Instance {
     }
 
     #[cold]
-    pub(super) fn error(&self, error: Error, batch: Option<&Batch>, at: At) -> Error {
+    pub(crate) fn error(&self, error: Error, batch: Option<&Batch>, at: At) -> Error {
         if let Some(LateAnswer { answer, batch }) = error.downcast_ref() {
             return self.error((*answer).into(), Some(batch), at);
         }

@@ -39,6 +39,12 @@ impl Instance {
     #[inline]
     pub(crate) fn get_finite(&self, batch: &Batch, values: &mut [f64], at: At) -> Result<()> {
         self.get(batch, values, at)?;
+        self.check_read(batch, values, at)
+    }
+
+    /// Refuses values that were read and go on to other components.
+    #[inline]
+    pub(crate) fn check_read(&self, batch: &Batch, values: &[f64], at: At) -> Result<()> {
         match are_finite(values) {
             true => Ok(()),
             false => self.refuse(batch, values, at, ["became", "passes on"]),

@@ -21,6 +21,7 @@ use fmi_import::batch::Batch;
 use fmi_import::fmi_instance::{Call, FmiInstance};
 use fmi_import::messages::{self, Message};
 
+use super::step_calls::{FailedCall, StepCalls};
 use crate::fmu::Fmu;
 
 /// Most and fewest times that an empty queue is polled before the thread sleeps: the most take some
@@ -53,6 +54,12 @@ pub(super) struct Done {
     messages: Vec<Message>,
 }
 
+/// The values of steps that a worker has made, with the calls that failed by place in its plan.
+pub(crate) struct StepsDone {
+    pub values: Vec<f64>,
+    pub failed: Vec<(usize, FailedCall)>,
+}
+
 /// What a worker is sent; instances are numbered in the order in which they are hosted.
 enum Order {
     /// A new instance, not made yet, which answers here.
@@ -65,6 +72,10 @@ enum Order {
         task: Task,
     },
     Free(usize),
+    /// The instances that make steps together, with their calls.
+    Plan(Vec<(usize, StepCalls)>),
+    /// A step of these, from a time by a length, both s, with the values of all.
+    Steps([f64; 2], Vec<f64>),
 }
 
 /// An instance in its thread.
@@ -96,8 +107,9 @@ fn next<T>(queue: &Receiver<T>, spins: &Cell<usize>) -> Option<T> {
 }
 
 /// The loop of a worker thread.
-fn work(orders: &Receiver<Order>, spins: &Cell<usize>) {
+fn work(orders: &Receiver<Order>, steps: &SyncSender<StepsDone>, spins: &Cell<usize>) {
     let (mut all, mut copies): (Vec<HostedInstance>, Copies) = Default::default();
+    let mut planned = Vec::new();
     while let Some(order) = next(orders, spins) {
         match order {
             Order::Host(answers) => all.push(HostedInstance {
@@ -122,8 +134,30 @@ fn work(orders: &Receiver<Order>, spins: &Cell<usize>) {
                 all[number].states.clear();
                 all[number].instance = None;
             }
+            Order::Plan(plan) => planned = plan,
+            Order::Steps(time, values) => {
+                let _ = steps.send(make_steps(&all, &planned, time, values));
+            }
         }
     }
+}
+
+fn make_steps(
+    all: &[HostedInstance],
+    planned: &[(usize, StepCalls)],
+    time: [f64; 2],
+    mut values: Vec<f64>,
+) -> StepsDone {
+    let (mut failed, mut rest) = (Vec::new(), &mut values[..]);
+    for (place, (number, calls)) in planned.iter().enumerate() {
+        let own = rest.split_off_mut(..calls.len()).unwrap_or_default();
+        let instance = all[*number]
+            .instance()
+            .map_err(|error| FailedCall::new(0, error));
+        let done = instance.and_then(|instance| calls.make(instance, own, time));
+        failed.extend(done.err().map(|call| (place, call)));
+    }
+    StepsDone { values, failed }
 }
 
 impl HostedInstance {
@@ -167,6 +201,7 @@ pub struct Worker(Rc<Thread>);
 
 struct Thread {
     orders: Option<SyncSender<Order>>,
+    steps: Receiver<StepsDone>,
     handle: Option<JoinHandle<()>>,
     count: Cell<usize>,
     parts: usize,
@@ -180,15 +215,54 @@ impl Worker {
         let spins = if spins { SPINS[0] } else { 0 };
         // Holds some calls of each instance; beyond that, the master waits.
         let (orders, received) = sync_channel((32 + 4 * parts) * count.max(1));
+        let (made, steps) = sync_channel(1);
         let thread = Builder::new().name("cosim".into());
-        let handle = thread.spawn(move || work(&received, &Cell::new(spins)));
+        let handle = thread.spawn(move || work(&received, &made, &Cell::new(spins)));
         Ok(Self(Rc::new(Thread {
             orders: Some(orders),
+            steps,
             handle: Some(handle.context("a thread cannot be started")?),
             count: Cell::new(0),
             parts,
             spins: Cell::new(spins),
         })))
+    }
+}
+
+impl Worker {
+    /// The number of the instance that was made last.
+    pub fn last(&self) -> usize {
+        self.0.count.get().saturating_sub(1)
+    }
+
+    /// From now on these instances, by number, make steps together.
+    pub fn plan_steps(&self, plan: Vec<(usize, StepCalls)>) {
+        self.0.order(Order::Plan(plan));
+    }
+
+    /// Begins a step from a time by a length, both s, with the values of all.
+    pub fn begin_steps(&self, time: [f64; 2], values: Vec<f64>) {
+        self.0.order(Order::Steps(time, values));
+    }
+
+    /// Ends the step that was begun.
+    pub fn end_steps(&self) -> Result<StepsDone> {
+        let done = next(&self.0.steps, &self.0.spins);
+        done.context("a thread of this run has ended")
+    }
+}
+
+impl PartialEq for Worker {
+    fn eq(&self, other: &Self) -> bool {
+        Rc::ptr_eq(&self.0, &other.0)
+    }
+}
+
+impl Thread {
+    fn order(&self, order: Order) {
+        // If the thread has ended, the missing answer is noticed.
+        let orders = self.orders.as_ref();
+        let _ = orders.map(|orders| orders.send(order));
     }
 }
 
@@ -213,7 +287,7 @@ pub(super) struct Channel {
 
 impl Drop for Channel {
     fn drop(&mut self) {
-        self.order(Order::Free(self.number));
+        self.thread.order(Order::Free(self.number));
     }
 }
 
@@ -231,18 +305,12 @@ impl Channel {
             begun: Cell::new(0),
             buffers: RefCell::default(),
         };
-        channel.order(Order::Host(answers));
+        channel.thread.order(Order::Host(answers));
         Rc::new(channel)
     }
 
-    fn order(&self, order: Order) {
-        // If the thread has ended, the missing answer is noticed.
-        let orders = self.thread.orders.as_ref();
-        let _ = orders.map(|orders| orders.send(order));
-    }
-
     fn send(&self, task: Task) {
-        self.order(Order::Task {
+        self.thread.order(Order::Task {
             number: self.number,
             is_first: self.begun.get() == 0,
             task,

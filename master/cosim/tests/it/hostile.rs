@@ -109,8 +109,10 @@ fn crashes_are_named_in_threads_too() {
     let other = scratch("hostile-threads").join("other.fmu");
     fs::copy(&fmu, &other).unwrap();
     let other = other.display().to_string();
-    for asked in ["stack step", "exit step"] {
-        let more = [other.as_str(), "--threads", "2"];
+    let schedules = ["standard", "gauss-seidel"].into_iter();
+    let asked = ["stack step", "exit step"];
+    for (schedule, asked) in schedules.flat_map(|schedule| asked.map(|asked| (schedule, asked))) {
+        let more = [other.as_str(), "--threads", "2", "--schedule", schedule];
         let (code, _, error) = run(&fmu, &more, &[("HOSTILE", asked)]);
         assert_eq!(code, 3, "{asked}: {error}");
         assert_contains(&error, &[": fmi2DoStep at t = 0.3 s "]);
