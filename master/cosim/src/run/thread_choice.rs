@@ -18,9 +18,9 @@ use fmi_import::messages;
 
 /// Steps that are timed.
 pub(crate) const STEPS: usize = 8;
-/// Several threads are tried only if the shortest step takes longer than this, s: a thread that
-/// sleeps takes some 10 µs to wake.
-const LONG_STEP: f64 = 100e-6;
+/// Several threads are tried only if the shortest step takes longer than this, s: to wait for each
+/// other once a step takes them some 2 µs, and some 10 µs where one sleeps.
+const LONG_STEP: f64 = 30e-6;
 /// Several threads are tried only if the rest of the run takes longer than this, s: they load the
 /// FMUs once more.
 const LONG_RUN: f64 = 0.5;

@@ -208,10 +208,13 @@ impl Wiring<'_> {
             let last: &mut usize = &mut last[link.from.component];
             *last = (*last).max(*level);
         }
-        let awaited: HashSet<Port> = graph.sets.into_iter().flatten().collect();
+        let inputs: HashSet<Port> = graph.sets.into_iter().flatten().collect();
+        // An output with several connections is read once.
+        let awaited = self.links.iter().filter(|link| inputs.contains(&link.to));
+        let awaited: HashSet<Port> = awaited.map(|link| link.from).collect();
         for (link, level) in self.links.iter().zip(&mut levels) {
             let is_free = which.is_initial || !self.is_read_once(link.from);
-            if is_free && !awaited.contains(&link.to) {
+            if is_free && !awaited.contains(&link.from) {
                 *level = last[link.from.component];
             }
         }
