@@ -45,12 +45,12 @@ pub struct Layout<'a>(pub &'a [AtomicU64]);
 impl<'a> Layout<'a> {
     /// Requests that were made.
     pub fn requested(self) -> Count<'a> {
-        Count::new(&self.0[0], &self.0[8])
+        Count::new([&self.0[0], &self.0[1]], &self.0[8])
     }
 
     /// Answers that were given.
     pub fn answered(self) -> Count<'a> {
-        Count::new(&self.0[16], &self.0[24])
+        Count::new([&self.0[16], &self.0[17]], &self.0[24])
     }
 
     /// How often the process looks for a request before it sleeps.

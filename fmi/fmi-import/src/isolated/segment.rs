@@ -7,7 +7,7 @@ use std::io;
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd, RawFd};
 use std::ptr;
 use std::slice;
-use std::sync::atomic::Ordering::SeqCst;
+use std::sync::atomic::Ordering::{Relaxed, SeqCst};
 use std::sync::atomic::{AtomicU32, AtomicU64};
 use std::time::Duration;
 
@@ -77,6 +77,8 @@ impl Drop for Segment {
 /// A count in a word that one process raises and the other awaits.
 pub struct Count<'a> {
     number: &'a AtomicU32,
+    /// The core on which it was raised last.
+    core: &'a AtomicU64,
     /// The number that the other process awaits asleep, after [`ASLEEP`]; 0 while it is awake.
     awaited: &'a AtomicU64,
 }
@@ -96,12 +98,22 @@ pub struct Patience {
     waits: Cell<u64>,
 }
 
+/// The core on which this thread runs.
+fn core() -> u64 {
+    // SAFETY: a call without arguments.
+    unsafe { libc::sched_getcpu() as u64 }
+}
+
 impl<'a> Count<'a> {
-    /// The count in these two words.
-    pub fn new(number: &'a AtomicU64, awaited: &'a AtomicU64) -> Self {
+    /// The count in these words.
+    pub fn new([number, core]: [&'a AtomicU64; 2], awaited: &'a AtomicU64) -> Self {
         // SAFETY: a part of the word, aligned as the word is.
         let number = unsafe { &*ptr::from_ref(number).cast::<AtomicU32>() };
-        Self { number, awaited }
+        Self {
+            number,
+            core,
+            awaited,
+        }
     }
 
     /// Whether this many have been counted; the count starts again at 0 after 2³².
@@ -111,9 +123,13 @@ impl<'a> Count<'a> {
         count.wrapping_sub(number).cast_signed() >= 0
     }
 
-    /// Looks for a number for a while; returns whether it came.
+    /// Looks for a number for a while; returns whether it came. On the core of the other process,
+    /// which cannot run meanwhile, it looks once.
     #[inline]
     pub fn spin(&self, number: u32, patience: &Patience) -> bool {
+        if self.core.load(Relaxed) == core() {
+            return self.has_reached(number);
+        }
         let (spins, waits) = (patience.spins.get(), patience.waits.get());
         patience.waits.set(waits.wrapping_add(1));
         let is_trial = spins > 0 && waits.is_multiple_of(TRIAL);
@@ -132,6 +148,7 @@ impl<'a> Count<'a> {
     /// Sets the count. If the other process sleeps, it is woken by [`Self::wake`] only.
     #[inline]
     pub fn set(&self, number: u32) {
+        self.core.store(core(), Relaxed);
         self.number.store(number, SeqCst);
     }
 
