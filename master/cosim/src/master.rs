@@ -40,6 +40,8 @@ const MAX_CROWDED: u32 = 1000;
 /// A running system.
 pub struct Master {
     coupling: Coupling,
+    /// Set if threads make whole steps in the schedule `standard`.
+    whole_steps: Option<WholeSteps>,
     stepping: Stepping,
     steps: u64,
     /// Present time, s.
@@ -153,7 +155,6 @@ impl Master {
             ticks: Ticks::new(&wiring),
             rates,
             exchange,
-            whole_steps: None,
             balance,
             derivatives,
             means,
@@ -166,13 +167,12 @@ impl Master {
                 "loops are solved by repeated steps with the schedule standard, for which every component must save its state",
             )?;
         }
-        if !is_staged {
-            coupling.whole_steps = WholeSteps::new(&coupling);
-        }
+        let whole_steps = WholeSteps::new(&coupling).filter(|_| !is_staged);
         schedule::begin(stepping.schedule, &mut coupling, start)?;
         coupling.tick(start, TOLERANCE * step, is_staged)?;
         Ok(Self {
             coupling,
+            whole_steps,
             stepping,
             steps: 0,
             time: start,
@@ -301,7 +301,9 @@ impl Master {
         let Stepping { step, schedule, .. } = self.stepping;
         let (tolerance, mut crowded) = (TOLERANCE * step, 0);
         loop {
-            schedule::prepare(schedule, &mut self.coupling, self.time)?;
+            if self.whole_steps.is_none() {
+                schedule::prepare(schedule, &mut self.coupling, self.time)?;
+            }
             let split = self.coupling.split(end - tolerance);
             let is_close = split.is_some_and(|t| t - self.time < tolerance);
             crowded = if is_close { crowded + 1 } else { 0 };
@@ -314,7 +316,11 @@ impl Master {
                 );
             }
             let part = split.map_or([self.time, h, end], |t| [self.time, t - self.time, t]);
-            if let Err(error) = schedule::advance(schedule, &mut self.coupling, part) {
+            let done = match &mut self.whole_steps {
+                Some(whole_steps) => whole_steps.advance(&mut self.coupling, part),
+                None => schedule::advance(schedule, &mut self.coupling, part),
+            };
+            if let Err(error) = done {
                 self.reach_end(&error, part[2]);
                 return Err(error);
             }

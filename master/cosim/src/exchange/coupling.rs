@@ -10,7 +10,6 @@ use crate::exchange::bond::{BondSlots, BondStep, Residual};
 use crate::exchange::means::Means;
 use crate::exchange::ticks::Ticks;
 use crate::exchange::unconnected::Unconnected;
-use crate::exchange::whole_steps::WholeSteps;
 use crate::exchange::{Exchange, ExchangeState};
 use crate::instance::{At, BegunCall, Call, Ended, Failure, Instance, State, all};
 use crate::schedule::rates::{ComponentStep, PastValues, Rates};
@@ -30,8 +29,6 @@ pub(crate) struct Coupling {
     pub fixed: Option<String>,
     pub exchange: Exchange,
     pub ticks: Ticks,
-    /// Set if threads make whole steps in the schedule `standard`.
-    pub whole_steps: Option<WholeSteps>,
     pub unconnected: Unconnected,
     /// Set if components have steps of their own, or inputs that are not held.
     pub rates: Option<Rates>,

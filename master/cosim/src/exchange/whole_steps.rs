@@ -1,6 +1,6 @@
 //! Steps of the schedule `standard` in several threads: each thread sets the inputs of its
 //! components, steps them and reads their outputs, without waiting for the others in between.
-//! `standard` uses it where nothing else happens within a step.
+//! The master uses it where nothing else happens within a step.
 
 use anyhow::{Error, Result};
 
@@ -105,7 +105,7 @@ impl WholeSteps {
     }
 
     /// Set all inputs, step all components from `t` by `h` and read all outputs at `end`, all s.
-    pub fn make(&mut self, coupling: &mut Coupling, [t, h, end]: [f64; 3]) -> Result<()> {
+    pub fn advance(&mut self, coupling: &mut Coupling, [t, h, end]: [f64; 3]) -> Result<()> {
         self.gather(coupling, t)?;
         let [own, others @ ..] = &mut self.shares[..] else {
             return Ok(());
@@ -142,7 +142,8 @@ impl WholeSteps {
         Result::from(failure)?;
         coupling.record_bonds(h, false);
         std::mem::swap(&mut coupling.exchange.values, &mut self.next);
-        Ok(())
+        coupling.account(h);
+        coupling.watch_unconnected(end)
     }
 
     /// Gather all values that are set, in the order of one thread.

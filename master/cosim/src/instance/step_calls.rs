@@ -23,6 +23,12 @@ pub(crate) struct FailedCall {
     messages: Vec<Message>,
 }
 
+/// The values of a step that a thread has made, with the calls that failed, by place in its plan.
+pub(crate) struct StepsDone {
+    pub values: Vec<f64>,
+    pub failed: Vec<(usize, FailedCall)>,
+}
+
 impl FailedCall {
     pub fn new(place: usize, error: Error) -> Self {
         let messages = messages::take();

@@ -21,7 +21,7 @@ use fmi_import::batch::Batch;
 use fmi_import::fmi_instance::{Call, FmiInstance};
 use fmi_import::messages::{self, Message};
 
-use super::step_calls::{FailedCall, StepCalls};
+use super::step_calls::{FailedCall, StepCalls, StepsDone};
 use crate::fmu::Fmu;
 
 /// Most and fewest times that an empty queue is polled before the thread sleeps: the most take some
@@ -52,12 +52,6 @@ pub(super) struct Done {
     given: Option<Given>,
     /// Messages of the thread's FMUs, after a failed or a rare call.
     messages: Vec<Message>,
-}
-
-/// The values of steps that a worker has made, with the calls that failed by place in its plan.
-pub(crate) struct StepsDone {
-    pub values: Vec<f64>,
-    pub failed: Vec<(usize, FailedCall)>,
 }
 
 /// What a worker is sent; instances are numbered in the order in which they are hosted.

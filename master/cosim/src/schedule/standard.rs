@@ -8,11 +8,8 @@ use crate::exchange::bond::BondSlots;
 use crate::exchange::coupling::{Coupling, Saved};
 use crate::instance::At;
 
-/// Set all inputs, in Event Mode if discrete ones change. Threads that make whole steps do that.
+/// Set all inputs, in Event Mode if discrete ones change.
 pub fn prepare(coupling: &mut Coupling, t: f64) -> Result<()> {
-    if coupling.whole_steps.is_some() {
-        return Ok(());
-    }
     coupling.exchange.write(&coupling.instances, At::Time(t))?;
     coupling.settle(t)
 }
@@ -20,13 +17,6 @@ pub fn prepare(coupling: &mut Coupling, t: f64) -> Result<()> {
 /// Step all components from `t` by `h` and read all outputs at `end`, all s. If loops are solved,
 /// the step is repeated until the inputs of a loop over the step equal its outputs at the end.
 pub fn advance(coupling: &mut Coupling, [t, h, end]: [f64; 3]) -> Result<()> {
-    if let Some(mut whole_steps) = coupling.whole_steps.take() {
-        let made = whole_steps.make(coupling, [t, h, end]);
-        coupling.whole_steps = Some(whole_steps);
-        made?;
-        coupling.account(h);
-        return coupling.watch_unconnected(end);
-    }
     match coupling.exchange.over_step.take() {
         None => step(coupling, [t, h, end])?,
         Some(mut unknowns) => {
