@@ -68,6 +68,8 @@ pub struct Fmi3Instance {
     /// What the run is told to be, until it begins.
     experiment: Cell<Experiment>,
     tracked: Tracked,
+    /// An event that was not updated yet: one that a step has found, or a discrete input changed.
+    has_event: Cell<bool>,
     /// Output clocks that are connected: their ticks are passed on.
     listened: RefCell<Vec<u32>>,
     /// Workspace for the values that one call passes.
@@ -104,6 +106,7 @@ impl Fmi3Instance {
                 active: RefCell::new(Vec::with_capacity(plan.count())),
                 announced: Cell::new(f64::INFINITY),
             },
+            has_event: Cell::new(false),
             listened: RefCell::default(),
             binaries: RefCell::default(),
             passed: RefCell::new(vec![0; layout.initial.len()]),
@@ -165,6 +168,7 @@ impl Fmi3Instance {
             }
             if step.event_needed && self.has_events {
                 self.enter_events()?;
+                self.has_event.set(true);
                 // The event of a whole step is handled by the master, who passes ticks on.
                 if is_short || self.listened.borrow().is_empty() {
                     self.settle()?;
@@ -220,9 +224,7 @@ impl FmiInstance for Fmi3Instance {
                 Ok(())
             }
             Call::EnterEvents => self.enter_events(),
-            Call::InEvents => {
-                return Ok(f64::from(u8::from(self.tracked.mode.get() == Mode::Event)));
-            }
+            Call::InEvents => return Ok(self.in_events()),
             Call::UpdateEvents => {
                 return self.update_events().map(|again| f64::from(u8::from(again)));
             }
@@ -374,6 +376,7 @@ impl FmiInstance for Fmi3Instance {
         own.clocks.borrow_mut().clone_from(&saved.clocks.borrow());
         own.active.borrow_mut().clone_from(&saved.active.borrow());
         own.announced.set(saved.announced.get());
+        self.has_event.set(false);
         Ok(())
     }
 

@@ -65,7 +65,7 @@ pub enum Call {
     LeaveEvents,
     /// Completes Event Mode, if the instance is in it.
     Settle,
-    /// Returns 1 if the instance is in Event Mode.
+    /// Returns 1 if the instance is in Event Mode, 2 if it has something to update there, else 0.
     InEvents,
     /// Returns when Event Mode must be entered next, s; infinite if that is not known.
     NextEvent,

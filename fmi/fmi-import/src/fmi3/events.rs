@@ -109,6 +109,15 @@ impl Fmi3Instance {
         self.set_clocked()
     }
 
+    /// The answer to [`crate::fmi_instance::Call::InEvents`].
+    pub(super) fn in_events(&self) -> f64 {
+        let has_event = self.has_event.get() || !self.tracked.active.borrow().is_empty();
+        match self.tracked.mode.get() {
+            Mode::Event => 1.0 + f64::from(u8::from(has_event)),
+            _ => 0.0,
+        }
+    }
+
     pub(super) fn enter_events(&self) -> Result<()> {
         if !self.has_events || self.tracked.mode.replace(Mode::Event) == Mode::Event {
             return Ok(());
@@ -135,6 +144,7 @@ impl Fmi3Instance {
         let (call, mut update) = ("fmi3UpdateDiscreteStates", Update::default());
         Answer::check(self.raw.update_discrete_states(&mut update), call)?;
         self.tracked.active.borrow_mut().clear();
+        self.has_event.set(false);
         let time = self.tracked.time.get();
         if update.terminates {
             bail!(Ended { call, time });

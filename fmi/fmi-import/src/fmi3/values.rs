@@ -131,11 +131,12 @@ impl Fmi3Instance {
         batch: &Batch,
         is_changed: impl Fn(usize, usize) -> bool,
     ) -> Result<()> {
-        let is_stepping = self.has_events && self.tracked.mode.get() == Mode::Step;
+        let may_enter = self.has_events && self.tracked.mode.get() != Mode::Initialization;
         let mut all = batch.discrete.iter();
-        match is_stepping && all.any(|(slot, k)| is_changed(*slot, *k)) {
-            true => self.enter_events(),
-            false => Ok(()),
+        if !may_enter || !all.any(|(slot, k)| is_changed(*slot, *k)) {
+            return Ok(());
         }
+        self.has_event.set(true);
+        self.enter_events()
     }
 }

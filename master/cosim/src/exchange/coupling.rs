@@ -469,14 +469,29 @@ impl Coupling {
         if !is_staged && !self.ticks.is_empty() {
             return self.settle(t);
         }
-        if is_any && is_staged {
-            // Finish these events, so that what they change is passed, too.
+        match is_staged {
+            true => self.complete_events(t, is_any),
+            false => Ok(()),
+        }
+    }
+
+    /// Complete the events at `t`, s, of a staged exchange, and pass what they change, until none
+    /// follows.
+    fn complete_events(&mut self, t: f64, has_ticked: bool) -> Result<()> {
+        let at = At::Time(t);
+        if has_ticked {
             self.pass_again(t)?;
+        }
+        for pass in 0..MAX_PASSES {
+            let is_first = has_ticked && pass == 0;
+            if !is_first && all(self.timed(), Call::InEvents, at)? < 2.0 {
+                return Ok(());
+            }
             self.leave_events(t)?;
             self.enter_events(t)?;
             self.pass_again(t)?;
         }
-        Ok(())
+        bail!("{at}: events still follow each other after {MAX_PASSES} passes of all connections")
     }
 
     /// Record the mean effort and flow that the components were given, before the next exchange

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
 
+use cosim::io::input_table::{Column, InputTable, Table};
 use cosim::master::{Master, Schedule};
 use cosim::run::signals::Inputs;
 use cosim::structure::FmuUse;
@@ -248,6 +249,50 @@ fn discrete_inputs_change_in_event_mode() {
         let x = number(&system, &master, "b.x");
         assert!((x - 0.5).abs() < 10.0 * f64::EPSILON, "{x}");
         master.terminate().unwrap();
+    }
+}
+
+/// What the events of a communication point change is in the values of that point, also if one
+/// event follows another: `level` goes through a, b and c in the order of the system or against it.
+/// With `standard` a value that goes through a component arrives a step later.
+#[test]
+fn events_of_a_point_are_complete_before_it_is_seen() {
+    for links in [
+        ["a.seen=b.level", "b.seen=c.level"],
+        ["c.seen=b.level", "b.seen=a.level"],
+    ] {
+        let files = ["a", "b", "c"].map(|name| fmu("complete", name, "", ABLE));
+        let links = links.map(String::from);
+        let system = System::from_fmus(&files, &links, &FmuUse::default()).unwrap();
+        let [first, last] = [&links[0][..1], &links[1][7..8]];
+        for schedule in SCHEDULES {
+            for threads in [1, 2] {
+                let mut master =
+                    Master::with_threads(&system, &[], stepping(H, schedule), threads).unwrap();
+                let column = Column {
+                    name: format!("{first}.level"),
+                    unit: None,
+                    values: vec![0.0, 0.0, 5.0, 5.0],
+                };
+                let table = Table {
+                    times: vec![0.0, 0.7, 0.7, 2.0],
+                    columns: vec![column],
+                };
+                let read = InputTable::new(&system, &table).unwrap();
+                master.feed(read).unwrap();
+                let mut seen = Vec::new();
+                for _ in 0..6 {
+                    seen.push(number(&system, &master, &format!("{last}.seen")));
+                    master.step().unwrap();
+                }
+                // 0.5 s, 0.6 s, 0.7 s, ...
+                let late = if schedule == Schedule::Standard { 3 } else { 0 };
+                let expected: Vec<f64> = (0..6)
+                    .map(|k| if k >= 2 + late { 5.0 } else { 0.0 })
+                    .collect();
+                assert_eq!(seen, expected, "{links:?} {schedule:?} {threads}");
+            }
+        }
     }
 }
 
