@@ -16,7 +16,7 @@ use crate::exchange::ticks::Ticks;
 use crate::exchange::unconnected::Unconnected;
 use crate::exchange::whole_steps::WholeSteps;
 use crate::exchange::{Exchange, Order};
-use crate::instance::{At, Call, Ended, Instance, State, all};
+use crate::instance::{At, Call, Ended, Failure, Instance, State, all};
 use crate::io::input_table::InputTable;
 use crate::run::instance_cache;
 use crate::run::instances::make;
@@ -159,7 +159,7 @@ impl Master {
             derivatives,
             means,
             bonds,
-            ended: None,
+            ended: Failure::default(),
         };
         if coupling.exchange.over_step.is_some() {
             // Refuses now rather than in the first step.
@@ -326,9 +326,7 @@ impl Master {
             }
             self.time = part[2];
             self.steps += u64::from(split.is_none());
-            if let Some(ended) = self.coupling.ended.take() {
-                return Err(ended);
-            }
+            Result::from(std::mem::take(&mut self.coupling.ended))?;
             self.set_inputs()?;
             let is_staged = schedule != Schedule::Standard;
             self.coupling.tick(self.time, tolerance, is_staged)?;

@@ -41,7 +41,7 @@ pub(crate) struct Coupling {
     pub residuals: Vec<Residual>,
     pub bond_steps: Vec<BondStep>,
     /// An FMU asked to end the simulation after the present step.
-    pub ended: Option<Error>,
+    pub ended: Failure,
 }
 
 /// State of the instances and the plans at a communication point; `S` is the state of an instance,
@@ -205,10 +205,10 @@ impl Coupling {
     fn step_component(&mut self, component: usize, t: f64, h: f64) -> Result<()> {
         if self.rates.is_some() {
             let done = self.step_at_own_rate(component, [t, h], false);
-            return done.or_else(|error| self.end_after(error, t + h));
+            return done.or_else(|error| self.end_after(component, error, t + h));
         }
         if let Err(error) = self.instances[component].step(t, h) {
-            return self.end_after(error, t + h);
+            return self.end_after(component, error, t + h);
         }
         match &self.means.reads[component] {
             Some(read) => read.run(&self.instances, &mut self.means.values, At::Time(t)),
@@ -216,13 +216,13 @@ impl Coupling {
         }
     }
 
-    /// The error of a step to `end`, s, unless the FMU has made the step and asks to end the
-    /// simulation: the run then ends once the others have made it, too.
+    /// The error of a component's step to `end`, s, unless the FMU has made the step and asks to
+    /// end the simulation: the run then ends once the others have made it, too.
     #[cold]
-    pub fn end_after(&mut self, error: Error, end: f64) -> Result<()> {
+    pub fn end_after(&mut self, component: usize, error: Error, end: f64) -> Result<()> {
         match error.downcast_ref::<Ended>() {
             Some(ended) if ended.is_after_step(end) => {
-                self.ended.get_or_insert(error);
+                self.ended.add(component, Err(error));
                 Ok(())
             }
             _ => Err(error),

@@ -213,7 +213,8 @@ impl Member {
                 return Err((0, instance.error(error, Some(batch), At::Time(t))));
             }
             let error = instance.step_error(error, t);
-            coupling.end_after(error, end).map_err(|error| (1, error))?;
+            let done = coupling.end_after(self.component, error, end);
+            done.map_err(|error| (1, error))?;
             is_late = true;
         }
         let instance = &coupling.instances[self.component];

@@ -12,7 +12,7 @@ use super::foreign::compiled;
 use super::program::cosim;
 use super::support::{assert_contains, pack, scratch};
 
-/// `a2.fmu`, `a3.fmu` and `b3.fmu` in a new folder; the digit is the version of FMI.
+/// `a2.fmu`, `a3.fmu`, `b3.fmu` and `c3.fmu` in a new folder; the digit is the version of FMI.
 fn folder(test: &str) -> PathBuf {
     let folder = scratch(test);
     let _ = fs::remove_dir_all(&folder);
@@ -32,7 +32,7 @@ fn folder(test: &str) -> PathBuf {
         </ModelVariables><ModelStructure><Output valueReference="0" dependencies=""/><Output valueReference="3" dependencies="2"/>
         </ModelStructure></fmiModelDescription>"#;
     pack(&folder.join("a2.fmu"), two, "linux64", &[&library]);
-    for name in ["a3.fmu", "b3.fmu"] {
+    for name in ["a3.fmu", "b3.fmu", "c3.fmu"] {
         pack(&folder.join(name), three, "x86_64-linux", &[&library]);
     }
     folder
@@ -132,6 +132,34 @@ fn all_components_make_the_step_after_which_one_ends_the_simulation() {
             assert_eq!(code, 0, "{text}");
             assert_contains(&text, &["asks to end the simulation at t = 0.5 s"]);
             assert_row(&csv, &[0.5, 0.5, 0.5, z]);
+        }
+    }
+}
+
+/// If several ask in the same step, the first in the order of the system is named, in whichever
+/// thread it is: with two, b3 is in the second one.
+#[test]
+fn the_first_that_asks_to_end_the_simulation_is_named() {
+    let folder = folder("outputs-first");
+    let fmus = ["a3.fmu", "b3.fmu", "c3.fmu"];
+    for schedule in ["standard", "jacobi"] {
+        for threads in ["1", "2", "3"] {
+            let more = [
+                "--set",
+                "b3.kind=1",
+                "--set",
+                "c3.kind=1",
+                "--threads",
+                threads,
+            ];
+            let (code, text) = run(
+                &folder,
+                &fmus,
+                &[&more[..], &["--schedule", schedule]].concat(),
+            );
+            assert_eq!(code, 0, "{text}");
+            assert_contains(&text, &["b3 (FMU `"]);
+            assert!(!text.contains("c3 (FMU `"), "{schedule} {threads}: {text}");
         }
     }
 }
