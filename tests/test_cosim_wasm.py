@@ -54,6 +54,7 @@ def test_an_fmu_alone(name, interface, tmp_path):
     found, printed = table(tmp_path / "wasm.csv", only, *options)
     assert found == expected
     assert ("is integrated (Model Exchange" in printed) == (interface == "me")
+    assert f"from WebAssembly, in a process of its own: {name}" in printed
     assert table(tmp_path / "both.csv", WASM_DIR / f"{name}.fmu", *options, "--prefer", "wasm")[0] == expected
 
 

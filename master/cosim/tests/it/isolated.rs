@@ -9,7 +9,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use cosim::master::{Master, Schedule};
-use cosim::run::simulate::Experiment;
+use cosim::run::simulate::{self, Experiment};
 use cosim::structure::FmuUse;
 use cosim::structure::package::{FmuPlace, Package};
 use cosim::structure::system::System;
@@ -124,6 +124,23 @@ fn isolated_components_go_back_to_a_saved_state() {
     let first = steps(&mut master, 20);
     master.restore(&saved).unwrap();
     assert!(steps(&mut master, 20) == first);
+}
+
+/// The verdict names the components that are in processes, and says nothing where there are none.
+#[test]
+fn the_verdict_names_isolated_components() {
+    let plain = system("isolated-named", &oscillators(2)).unwrap();
+    for (system, note) in [
+        (isolated(&plain, &["spring1", "mass2"]), true),
+        (plain, false),
+    ] {
+        let master = experiment(&system, Schedule::Standard).start(&system);
+        let outcome = simulate::run(&system, master.unwrap(), 0.6, &|_, _| (), |_| Ok(())).unwrap();
+        let verdict = outcome.verdict.to_string();
+        let names = "  - in a process of its own: spring1, mass2\n";
+        assert_eq!(format!("{verdict}\n").contains(names), note, "{verdict}");
+        assert_eq!(verdict.contains("process of its own"), note, "{verdict}");
+    }
 }
 
 /// A run of `h2.fmu` or `h3.fmu` in a process of its own, next to another FMU: exit code, what was
