@@ -167,7 +167,10 @@ impl Master {
                 "loops are solved by repeated steps with the schedule standard, for which every component must save its state",
             )?;
         }
-        let whole_steps = WholeSteps::new(&coupling).filter(|_| !is_staged);
+        let whole_steps = match is_staged {
+            true => None,
+            false => WholeSteps::new(&coupling),
+        };
         schedule::begin(stepping.schedule, &mut coupling, start)?;
         coupling.tick(start, TOLERANCE * step, is_staged)?;
         Ok(Self {

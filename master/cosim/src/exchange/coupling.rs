@@ -133,6 +133,7 @@ impl Coupling {
         for (instance, state) in self.instances.iter().zip(&saved.instances) {
             instance.restore(state, At::Time(t))?;
         }
+        self.ended = Failure::default();
         self.exchange.restore(&saved.passed);
         // Passing a tick once more in the same instant changes nothing.
         self.ticks.begin_instant();
