@@ -176,12 +176,19 @@ impl<M: Model> Clock<M> {
 }
 
 /// Whether the model, of which `scratch` becomes a copy, has started a clock that the importer does
-/// not know of.
-pub(crate) fn has_started<M: Model>(model: &M, scratch: &mut M) -> bool {
+/// not know of; and whether one of those may tick where a step ends early: not one that ticks in the
+/// next instant.
+pub(crate) fn has_started<M: Model>(model: &M, scratch: &mut M) -> (bool, bool) {
     scratch.clone_from(model);
-    M::CLOCKS.iter().any(|clock| match clock.timing {
-        Timing::Countdown(take) => take(scratch).is_some(),
-        Timing::Output(take) => take(scratch),
-        _ => false,
-    })
+    let mut started = (false, false);
+    for clock in M::CLOCKS {
+        let is_started = match clock.timing {
+            Timing::Countdown(take) => take(scratch).is_some(),
+            Timing::Output(take) => take(scratch),
+            _ => false,
+        };
+        started.0 |= is_started;
+        started.1 |= is_started && !clock.ticks_later;
+    }
+    started
 }

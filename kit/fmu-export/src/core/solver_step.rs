@@ -219,15 +219,17 @@ impl<M: Continuous> Scratch<M, M::Input> {
             if event.terminate {
                 (end.reached, end.terminate) = (Some(system.s), true);
             }
-            let is_started = !M::CLOCKS.is_empty()
-                && (found.is_some() || is_time)
-                && system.s > 0.0
-                && clock::has_started(system.at, system.rate);
-            if is_started {
-                // The importer ticks the clock, which may be due within the step.
-                (end.reached, end.event) = (Some(system.s), true);
+            let (mut is_started, mut is_early) = (false, false);
+            if !M::CLOCKS.is_empty() && (found.is_some() || is_time) {
+                (is_started, is_early) = clock::has_started(system.at, system.rate);
             }
-            if is_started || event.terminate || system.s >= h {
+            end.event |= is_started;
+            is_early &= system.s > 0.0;
+            if is_early {
+                // The importer ticks the clock, which may be due within the step.
+                end.reached = Some(system.s);
+            }
+            if is_early || event.terminate || system.s >= h {
                 end.event |= next - t <= h + near; // it is due
                 (*first, *next_event) = (next_first, next);
                 std::mem::swap(model, at);

@@ -2,6 +2,7 @@
 #![allow(missing_docs)]
 
 mod described;
+mod driven;
 mod ports;
 mod random;
 
