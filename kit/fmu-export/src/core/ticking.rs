@@ -133,12 +133,14 @@ impl<M: Model> Instance<M> {
         self.ticks().is_pending
     }
 
-    /// Where the importer ticks no clocks: ticks those that are due at the present time.
+    /// Where the importer ticks no clocks: ticks those that are due at the present time, also those
+    /// that an event starts which is due now.
     pub(crate) fn tick_due(&mut self) -> Result<(), Fault> {
         self.end_ticks()?;
         self.refresh_all()?;
+        let mut has_event = M::EVENTS.is_some() && self.state.event <= self.state.time;
         for _ in 0..MOST_ITERATIONS {
-            if !self.activate_due() {
+            if !(self.activate_due() | std::mem::take(&mut has_event)) {
                 return Ok(());
             }
             self.model()?;
@@ -224,7 +226,6 @@ impl<M: Model> Instance<M> {
             };
             return refuse!("activationTime = {t} s of clock `{name}` must be finite and {after}");
         }
-        self.model()?;
         self.or_restore(|instance| instance.tick_alone(k, t))
     }
 
@@ -233,7 +234,7 @@ impl<M: Model> Instance<M> {
         let clock = &M::CLOCKS[k];
         let state = &mut self.state;
         let (Some(model), Some(ticks)) = (&mut state.model, &mut state.ticks) else {
-            unreachable!("made above");
+            unreachable!("it is initialized");
         };
         state.time = state.time.max(t);
         set_log_filter(self.log_filter, model);
