@@ -14,7 +14,7 @@ use crate::Model;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 const MAGIC: &[u8; 8] = b"fmu-exp\0";
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 const MODEL_AT: usize = 16;
 const LENGTH_AT: usize = 32;
 const CRC_AT: usize = 40;

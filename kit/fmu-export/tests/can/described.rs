@@ -48,6 +48,27 @@ node!(
     &[Terminal::can("Body", "the body's network")]
 );
 
+/// One of two networks has no terminal.
+#[derive(State)]
+#[fmu(input = Inputs, info = Info::new("Two", "A node of two networks").terminals(&[Terminal::can("a", "")]))]
+struct Two {
+    a: CanOutput<64>,
+    b: CanOutput<64>,
+}
+
+#[derive(Input)]
+struct Inputs {
+    a: CanInput<64>,
+    b: CanInput<64>,
+}
+
+impl Ode for Two {
+    const CLOCKS: &'static [Clock<Self>] =
+        can_clocks!("a" = a: |_, _, _, _| Ok(()), "b" = b: |_, _, _, _| Ok(()));
+
+    fn derivative(&self, _p: &(), _u: &Inputs, _t: f64, _dx: &mut Self) {}
+}
+
 const MIME: &str =
     r#"mimeType="application/org.fmi-standard.fmi-ls-bus.can; version=&quot;1.0.0&quot;""#;
 
@@ -109,5 +130,9 @@ fn mistakes_in_terminals_are_named() {
     assert_eq!(
         model_description3::<WrongTerminal>().unwrap_err(),
         "terminal `Body`: there is no variable `Body.Rx_Data`; a CanInput, a CanOutput and `can_clocks!` of this name make it"
+    );
+    assert_eq!(
+        model_description3::<Two>().unwrap_err(),
+        "`b.Rx_Data` belongs to no terminal: name it by `Terminal::can` in `Info::terminals`"
     );
 }

@@ -10,7 +10,8 @@ mod ways;
 use fmu_export::{check, model_description, model_description3};
 use importer::{Fmu, reference};
 use model::Ticking;
-use ways::Way;
+use std::ffi::c_int;
+use ways::{C, Instance, Way};
 
 /// Oracle: the definitions of FMI 3.0.2, 2.2.9; the level 0.33 is reached at 0.33 s, as x' = 1.
 fn expected() -> Vec<[f64; 3]> {
@@ -139,4 +140,29 @@ fn a_period_is_tuned() {
             assert!((found - exact).abs() < 1e-9, "{way:?}: {times:?}");
         }
     }
+}
+
+/// The importer's period of a fixed clock is its own until the initialization ends.
+#[test]
+fn an_interval_is_set_before_the_start_alone() {
+    #[rustfmt::skip]
+    unsafe extern "C-unwind" {
+        fn fmi3SetIntervalDecimal(c: C, vr: *const u32, n: usize, intervals: *const f64) -> c_int;
+        fn fmi3GetIntervalDecimal(c: C, vr: *const u32, n: usize, intervals: *mut f64, qualifiers: *mut c_int) -> c_int;
+    }
+    let fmu = Instance::new::<Ticking>(Way::Events3, false);
+    let vr = reference(&Way::Events3.description::<Ticking>(), "fixed");
+    let set = |interval: f64| unsafe { fmi3SetIntervalDecimal(fmu.c, &vr, 1, &interval) };
+    let get = || {
+        let (mut interval, mut qualifier) = (f64::NAN, 0);
+        let status =
+            unsafe { fmi3GetIntervalDecimal(fmu.c, &vr, 1, &mut interval, &mut qualifier) };
+        assert_eq!(status, 0);
+        interval
+    };
+    fmu.enter_initialization();
+    assert_eq!((get(), set(0.4), get()), (0.2, 0, 0.4));
+    assert_eq!((set(0.0), get()), (3, 0.4));
+    fmu.exit_initialization();
+    assert_eq!((set(0.5), get()), (3, 0.4));
 }

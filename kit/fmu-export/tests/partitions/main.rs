@@ -245,6 +245,7 @@ fn wrong_calls_are_refused() {
     let partition = |vr| unsafe { fmi3ActivateModelPartition(fmu.0, vr, 2.0) };
     refused(partition(OUT), "`outClock` is a Clock output");
     refused(partition(2001), "must be a Clock");
+    assert!(last_message().ends_with("must be a Clock"), "it has some");
     refused(partition(9999), "unknown value reference 9999");
     refused(
         unsafe { fmi3SetClock(fmu.0, &IN[0], 1, &true) },
@@ -315,6 +316,14 @@ fn triggered_clocks_are_of_event_mode() {
             0,
             "no clock is active"
         );
+        // What nobody reads is computed, too.
+        for n in [12, 14] {
+            assert_eq!(fmi3SetClock(c, &IN[1], 1, &true), 0);
+            assert_eq!(update_states(c), 0);
+            assert_eq!(fmi3SetClock(c, &IN[1], 1, &true), 0);
+            assert_eq!(total(), (n, n % 5 == 0));
+            assert_eq!(update_states(c), 0);
+        }
         assert_eq!(fmi3EnterStepMode(c), 0);
         fmi3FreeInstance(c);
     }
@@ -348,5 +357,7 @@ unsafe fn update_states(c: C) -> c_int {
     }
     let mut flags = [false; 5];
     let [a, b, d, e, f] = flags.each_mut();
-    unsafe { fmi3UpdateDiscreteStates(c, a, b, d, e, f, &mut 0.0) }
+    let status = unsafe { fmi3UpdateDiscreteStates(c, a, b, d, e, f, &mut 0.0) };
+    assert_eq!(flags[1..], [false; 4], "no states, and no time events");
+    status
 }

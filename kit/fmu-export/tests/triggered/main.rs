@@ -70,6 +70,7 @@ impl Ode for Node {
     fn event(&mut self, _p: &(), u: &Input, _t: f64) -> Event {
         if self.seen != u.level {
             (self.seen, self.sent, self.sends) = (u.level, f64::from(u.level), true);
+            self.x = self.x.min(self.sent);
         }
         Event::NONE
     }
@@ -84,6 +85,7 @@ unsafe extern "C-unwind" {
     fn fmi3SetInt32(c: C, vr: *const u32, n: usize, values: *const i32, n_values: usize) -> c_int;
     fn fmi3GetInt32(c: C, vr: *const u32, n: usize, values: *mut i32, n_values: usize) -> c_int;
     fn fmi3EnterStepMode(c: C) -> c_int;
+    fn fmi3UpdateDiscreteStates(c: C, again: *mut bool, terminate: *mut bool, nominals: *mut bool, values: *mut bool, has_next: *mut bool, next: *mut f64) -> c_int;
     fn fmi3EnterContinuousTimeMode(c: C) -> c_int;
 }
 
@@ -240,5 +242,24 @@ fn event_mode_is_not_left_with_active_clocks() {
             0.5
         };
         assert!((x - expected).abs() < 1e-12, "{x}");
+    });
+}
+
+/// An event that moves a state says so, without a tick of an input clock.
+#[test]
+fn a_state_that_an_event_moves_is_told() {
+    each(|fmu| {
+        for (level, is_moved) in [(3, false), (-2, true)] {
+            fmu.set_level(level);
+            let mut flags = [false; 5];
+            let [again, terminate, nominals, values, has_next] = flags.each_mut();
+            let status = unsafe {
+                fmi3UpdateDiscreteStates(
+                    fmu.at.c, again, terminate, nominals, values, has_next, &mut 0.0,
+                )
+            };
+            assert_eq!((status, flags), (0, [true, false, false, is_moved, false]));
+            assert!(!fmu.at.update().0);
+        }
     });
 }
