@@ -14,6 +14,8 @@ use fmu_export::{Terminal, can_clocks, prelude::*};
 /// Most bytes of operations at a time, and of frames of a node that wait.
 const MOST: usize = 4096;
 const NODES: usize = 2;
+/// Most bytes that a node receives of one transmission: the largest frame, and an Arbitration Lost.
+const LARGEST: usize = 22 + 2048 + 12;
 
 #[derive(Parameters)]
 struct Parameters {
@@ -133,6 +135,7 @@ impl Bus {
                     known.status = status;
                     if status == NodeStatus::BusOff {
                         known.frames.clear();
+                        self.sender = self.sender.filter(|(sender, _)| *sender != K);
                     }
                 }
                 Ok(Operation::Wakeup) => {
@@ -166,7 +169,7 @@ impl Bus {
 
     /// Transmits frames from `now` to `end`, both s.
     fn transmit(&mut self, p: &Parameters, mut now: f64, end: f64) -> Result<(), ModelError> {
-        while self.node.iter().all(|node| node.room() > MOST / 2) {
+        while self.node.iter().all(|node| node.room() >= LARGEST) {
             if let Some((sender, done)) = self.sender {
                 if done > end + 1e-12 * end.abs() {
                     return Ok(());

@@ -282,3 +282,53 @@ fn a_long_step_keeps_frames() {
     }
     assert_eq!((received, run.bus.frames), (150, 150));
 }
+
+/// Confirmations and frames of a long step leave less room than the largest frame needs, which
+/// then waits.
+#[test]
+fn the_largest_frame_waits_for_room() {
+    let mut run = Run::new();
+    run.send::<1>(&[data_frame(0x10, &[]); 10]);
+    let format = Format::Xl {
+        sec: false,
+        sdt: 0,
+        vcid: 0,
+        af: 0,
+    };
+    let largest = Operation::Transmit(Frame {
+        format,
+        ..Frame::standard(ID, &[7; 2048])
+    });
+    run.send::<0>(&[data_frame(ID, &[1, 2, 3, 4, 5, 6, 7, 8]); 80]);
+    run.send::<0>(&[largest]);
+    let (p, u) = Bus::defaults();
+    for (k, received) in [(0, 89), (1, 2)] {
+        let u = InputPolynomial::held(u.clone());
+        run.bus.step(&p, &u, &(), f64::from(k), 1.0).unwrap();
+        assert!(run.bus.node.each_mut().map(CanOutput::tick)[1]);
+        let count = Operations::new(run.bus.node[1].sent()).flatten().count();
+        assert_eq!(count, received);
+    }
+}
+
+/// A node that leaves the bus while its frame is transmitted takes the frame with it: one that it
+/// sends later has its own time.
+#[test]
+fn a_frame_of_a_node_that_leaves_is_gone() {
+    let mut run = Run::new();
+    let (p, u) = Bus::defaults();
+    let frame = data_frame(ID, &[1, 2, 3, 4, 5, 6, 7, 8]);
+    run.send::<0>(&[frame]);
+    let u = InputPolynomial::held(u);
+    run.bus.step(&p, &u, &(), 0.0, 2e-4).unwrap();
+    run.t = 2e-4;
+    let [off, active] = [NodeStatus::BusOff, NodeStatus::ErrorActive].map(Operation::Status);
+    run.send::<0>(&[off, active, frame]);
+    let (t, received) = run.next();
+    is_at(t, 422e-6);
+    assert_eq!(
+        received,
+        [bytes(&[Operation::Confirm(ID)]), bytes(&[frame])]
+    );
+    assert_eq!(run.bus.frames, 1);
+}
