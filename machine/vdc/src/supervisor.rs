@@ -4,8 +4,9 @@
 //! `f_r − F` times that of the velocity error `ẋ_r − ẋ`, both band-passed around the boom's elastic
 //! modes. Motion that follows the reference is in neither error. If the power exceeds the upper of
 //! two thresholds, the adaptation is frozen; if it does not fall below the lower one in time, the
-//! gains are lowered, then the joints are stopped along a ramp and held by the brakes. A stage is
-//! never left backwards: the oscillation would return.
+//! gains are lowered, then the joints are stopped along a ramp and held by the brakes. At eight times
+//! the threshold the brakes are applied at once. A stage is never left backwards: the oscillation
+//! would return.
 //!
 //! If the force of a rod stays at its limit and above its rating, the load is too heavy, and the
 //! brakes are applied at once, as they are when a drive has tripped. A stopped machine becomes ready
@@ -32,6 +33,8 @@ use swing::{MEAN, Swing};
 /// Upper threshold of the oscillation power over rated force times rated speed: 25 W on the
 /// reference machine, where normal operation has up to 13 W and oscillation 35 W and more.
 const UPPER: f64 = 5e-3;
+/// Power over the upper threshold at which no more is waited for: a machine that runs away.
+const RAGES: f64 = 8.0;
 /// Lower threshold.
 const LOWER: f64 = 1.6e-3;
 /// Times to wait for the effect of freezing and lowering, s; a quarter of them if the power is four
@@ -224,7 +227,8 @@ impl Supervisor {
         let elapsed = t + h - self.since;
         let waited = |time: f64| elapsed >= time * (1.0 - 1e-9);
         let is_overloaded = (self.overloaded > OVERLOADED).then_some(Cause::Overload);
-        let alarm = observed.alarm.or(is_overloaded);
+        let rages = (power > RAGES * UPPER).then_some(Cause::Swinging);
+        let alarm = observed.alarm.or(is_overloaded).or(rages);
         let is_ready = observed.is_supplied && observed.alarm.is_none();
         let next = match self.stage {
             Stage::Watching | Stage::Frozen | Stage::Lowered | Stage::Stopping

@@ -12,8 +12,8 @@
 //!   magnets and gear, which is found while the machine runs; its current is the commanded one.
 //! - A joint of the wrist does not keep a rate that nobody commands; it may ring.
 //!
-//! Differences of positions are those of rates, integrated with the forgetting time [`FORGETS`]: so
-//! zero errors and a gain error of the geometry do not count.
+//! Differences of positions are those of rates, integrated with the forgetting time [`FORGETS`], for
+//! rods with those of [`COMPARED`]: so zero errors and a gain error of the geometry do not count.
 
 use super::cause::Cause;
 use crate::nominal::Nominal;
@@ -35,6 +35,8 @@ const SETTLED: f64 = 0.08;
 const REMOVED: f64 = 3.0;
 /// Time for which a difference must last, s: readings may be lost or late.
 const LASTS: f64 = 0.01;
+/// Multiple of a bound beyond which a difference of positions need not last.
+const AT_ONCE: f64 = 2.0;
 /// Part of a bound below which an alarm that builds up is forgotten.
 const RELEASES: f64 = 0.8;
 /// Difference of angle and integrated rate, rad: speeds by difference lag by a filter of 5 ms, at
@@ -42,8 +44,9 @@ const RELEASES: f64 = 0.8;
 const ANGLE: f64 = 2.0 * 1.0 * 0.005 * FORGETS;
 /// Difference of joint and motor at the rod, m, without a change of force: play of screw and pins.
 const PLAY: f64 = 5e-4;
-/// Error of the nominal gear from joint to rod: some per cent of a short lever.
-const GEAR: f64 = 0.05;
+/// Times over which ways of the rods are compared, s, and the errors of the nominal gear from joint
+/// to rod that each explains: some per cent of a short lever, more where it is far from its place.
+const COMPARED: [(f64, f64); 2] = [(0.25, 0.05), (2.5, 0.15)];
 /// Stiffness of the softest mounting, N/m.
 const SOFTEST: f64 = 12e6;
 /// Motion that a joint is to make, with the forgetting time, while its encoder shows the same count,
@@ -112,6 +115,24 @@ impl Alarm {
         }
         self.lasted > time
     }
+
+    /// As [`add`](Self::add) for a difference of positions, which at [`AT_ONCE`] times its bound need
+    /// not last.
+    fn add_position(&mut self, size: f64, bound: f64, h: f64) -> bool {
+        self.add(size, bound, LASTS, h) || size > AT_ONCE * bound
+    }
+}
+
+/// Ways of a rod over one of the times of [`COMPARED`].
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct Way {
+    /// By its joint, m.
+    travelled: f64,
+    /// That by the joint minus those by the motor and by the rod's encoder, m.
+    differences: [f64; 2],
+    alarms: [Alarm; 2],
+    /// Force with the forgetting time, N.
+    force: f64,
 }
 
 /// Whether a reading that used to change repeats.
@@ -159,13 +180,7 @@ pub(crate) struct Monitors {
     /// Angles that the integrated rates lead to, rad.
     angles: [f64; DOF],
     rates: [Alarm; DOF],
-    /// Differences of the rods' ways by joint and by motor, and by joint and by rod, m.
-    ways: [[f64; 2]; 3],
-    /// Ways of the rods by their joints, with the forgetting time, m.
-    travelled: [f64; 3],
-    encoders: [[Alarm; 2]; 3],
-    /// Forces with the forgetting time, N.
-    forces: [f64; 3],
+    ways: [[Way; COMPARED.len()]; 3],
     /// Angles read last, rad, and motion wanted since they changed, rad.
     read: [f64; DOF],
     unseen: [f64; DOF],
@@ -214,7 +229,12 @@ impl Monitors {
             error: now.tip_error,
             orientation_error: now.orientation_error,
             angles: input.zeta,
-            forces: input.F,
+            ways: input.F.map(|force| {
+                [Way {
+                    force,
+                    ..Way::default()
+                }; COMPARED.len()]
+            }),
             read: input.zeta,
             commanded: now.i_q_required,
             factors: [1.0; 3],
@@ -267,7 +287,7 @@ impl Monitors {
             *angle += h * input.zeta_dot[j];
             let difference = input.zeta[j] - *angle;
             *angle += forgets * difference;
-            is_on |= self.rates[j].add(difference.abs(), ANGLE, LASTS, h);
+            is_on |= self.rates[j].add_position(difference.abs(), ANGLE, h);
         }
         is_on
     }
@@ -275,23 +295,25 @@ impl Monitors {
     /// Ways of the rods by their joints, by the motors, and by their own encoders.
     fn rods(&mut self, at: &Moment) -> bool {
         let (now, nominal, input, h) = (at.now, at.nominal, at.input, at.h);
-        let forgets = share(h / FORGETS);
         let mut is_on = false;
-        for i in 0..3 {
+        for (i, ways) in self.ways.iter_mut().enumerate() {
             let by_joint = now.primes[i] * input.zeta_dot[i];
             let by_motor = maps::travel_per_radian(nominal.parameters()[i]) * input.w_m[i];
-            self.forces[i] += forgets * (input.F[i] - self.forces[i]);
-            self.travelled[i] += h * by_joint - forgets * self.travelled[i];
-            let geared = PLAY + GEAR * self.travelled[i].abs();
-            let bound = geared + (input.F[i] - self.forces[i]).abs() / SOFTEST;
-            for (k, (other, bound)) in [(by_motor, bound), (input.x_dot[i], geared)]
-                .into_iter()
-                .enumerate()
-            {
-                let way = &mut self.ways[i][k];
-                *way += h * (by_joint - other);
-                *way -= forgets * *way;
-                is_on |= self.encoders[i][k].add(way.abs(), bound, LASTS, h);
+            for (way, (time, gear)) in ways.iter_mut().zip(COMPARED) {
+                let forgets = share(h / time);
+                way.force += forgets * (input.F[i] - way.force);
+                way.travelled += h * by_joint - forgets * way.travelled;
+                let geared = PLAY + gear * way.travelled.abs();
+                let bent = (input.F[i] - way.force).abs() / SOFTEST;
+                for (k, (other, bound)) in [(by_motor, geared + bent), (input.x_dot[i], geared)]
+                    .into_iter()
+                    .enumerate()
+                {
+                    let difference = &mut way.differences[k];
+                    *difference += h * (by_joint - other);
+                    *difference -= forgets * *difference;
+                    is_on |= way.alarms[k].add_position(difference.abs(), bound, h);
+                }
             }
         }
         is_on

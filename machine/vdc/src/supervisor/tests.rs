@@ -84,10 +84,16 @@ fn what_goes_on_swinging_is_stopped_step_by_step() {
             "{stages:?} {k}: {waited} s"
         );
     }
-    // The more it swings, the faster.
-    let begun = run(&mut Supervisor::new(true), 0.0, 2.0, 20.0 * UPPER);
+    // The more it swings, the faster; a machine that runs away is braked at once.
+    let begun = run(&mut Supervisor::new(true), 0.0, 2.0, 7.2 * UPPER);
     let waited = begun[1].1 - begun[0].1;
     assert!((waited - 0.25 * PATIENCE[0]).abs() < 1.5 * H, "{waited} s");
+    let mut watch = Supervisor::new(true);
+    let begun = run(&mut watch, 0.0, 2.0, 40.0 * UPPER);
+    let stages: Vec<Stage> = begun.iter().map(|(stage, _)| *stage).collect();
+    assert_eq!(stages[stages.len() - 2..], [Stage::Braking, Stage::Stopped]);
+    assert!(!stages.contains(&Stage::Stopping), "{stages:?}");
+    assert_eq!(watch.cause(), Cause::Swinging);
 }
 
 #[test]
