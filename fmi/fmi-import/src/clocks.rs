@@ -49,9 +49,7 @@ impl ClockPlan {
         }
         plan
     }
-}
 
-impl ClockPlan {
     /// How many clocks there are.
     pub fn count(&self) -> usize {
         self.clocks.len() + self.outputs.len() + self.triggered

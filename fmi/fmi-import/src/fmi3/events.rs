@@ -126,8 +126,9 @@ impl Fmi3Instance {
     }
 
     /// Updates discrete states once in Event Mode; returns whether another update is needed, also
-    /// because connected output clocks tick, which must be passed on before. Clocked outputs are read into the memory before, while their clock is active. A clock that
-    /// ticks again at the same time is active afterwards.
+    /// because connected output clocks tick, which must be passed on before. Clocked outputs are read
+    /// into the memory before, while their clock is active. A clock that ticks again at the same time
+    /// is active afterwards.
     pub(super) fn update_events(&self) -> Result<bool> {
         if self.tracked.mode.get() != Mode::Event {
             return Ok(false);

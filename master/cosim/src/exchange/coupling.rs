@@ -483,11 +483,12 @@ impl Coupling {
         if has_ticked {
             self.pass_again(t)?;
         }
-        for pass in 0..MAX_PASSES {
-            let is_first = has_ticked && pass == 0;
-            if !is_first && all(self.timed(), Call::InEvents, at)? < 2.0 {
+        let mut is_due = has_ticked;
+        for _ in 0..MAX_PASSES {
+            if !is_due && all(self.timed(), Call::InEvents, at)? < 2.0 {
                 return Ok(());
             }
+            is_due = false;
             self.leave_events(t)?;
             self.enter_events(t)?;
             self.pass_again(t)?;
