@@ -2,9 +2,11 @@
 drivers, unchanged in `scheduled/`, by FMPy's FMU3ScheduledExecution, and in cosim, which ticks the clocks in Event Mode."""
 
 import csv
+import re
 import shutil
 import subprocess
 import sys
+import zipfile
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -142,3 +144,40 @@ def test_cosim_connects_them(fmu, tmp_path):
             value = lambda name: int(float(row[f"b.{name}"]))
             expected = [first, ticks, third, 5 * (t >= 4) + 10 * (t >= 8)]
             assert [value(name) for name in ("inClock1Ticks", "inClock2Ticks", "inClock3Ticks", "result2")] == expected, (schedule, t, row)
+
+
+def scheduled_only(fmu, out):
+    """The FMU with its Scheduled Execution alone, as the Reference-FMUs' Clocks has it."""
+    with zipfile.ZipFile(fmu) as packed, zipfile.ZipFile(out, "w") as to:
+        for item in packed.namelist():
+            content = packed.read(item)
+            if item == "modelDescription.xml":
+                content, count = re.subn(rb"<(CoSimulation|ModelExchange)\b[^>]*/>", b"", content)
+                assert count > 0 and b"<ScheduledExecution" in content
+            to.writestr(item, content)
+    return out
+
+
+def test_cosim_schedules_them(fmu, tmp_path):
+    """Without another interface, `cosim` activates the model partitions: the ticks are those of Event Mode, with every schedule and in a
+    process of its own. `outClock`, which the fifth and tenth tick cause, activates `inClock2` of the other."""
+    a, b = (scheduled_only(fmu, tmp_path / f"{name}.fmu") for name in "ab")
+    runs = [["--schedule", schedule] for schedule in ("standard", "jacobi", "gauss-seidel")] + [["--isolate", "all"]] * (sys.platform == "linux")
+    for options in runs:
+        out = tmp_path / "out.csv"
+        connected = ["--connect", "a.outClock=b.inClock2", "--connect", "a.totalInClockTicks=b.input2"]
+        command = [program("cosim"), "run", a, b, *connected, "--stop-time", "9.5", "--step", "0.5", *options, "--csv", out]
+        done = subprocess.run(command, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        with open(out) as file:
+            rows = list(csv.DictReader(file))
+        assert len(rows) == 20
+        for row in rows:
+            t = float(row["time"])
+            _, first, _, third, _ = ROWS[int(t)]
+            ticks = (t >= 4) + (t >= 8)
+            value = lambda name: int(float(row[name]))
+            assert [value(f"a.inClock{k}Ticks") for k in (1, 2, 3)] == [first, 0, third], (options, row)
+            expected = [first, ticks, third, 5 * (t >= 4) + 10 * (t >= 8)]
+            found = [value(f"b.{name}") for name in ("inClock1Ticks", "inClock2Ticks", "inClock3Ticks", "result2")]
+            assert found == expected, (options, row)

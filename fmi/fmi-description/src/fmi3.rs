@@ -239,9 +239,14 @@ fn timing(source: VariableElements) -> Result<Option<ClockTiming>, XmlError> {
     };
     let period = seconds("intervalDecimal", "intervalCounter")?;
     let shift = seconds("shiftDecimal", "shiftCounter")?.unwrap_or(0.0);
+    let priority = match source.element_with("priority") {
+        Some(element) => element.whole("priority")?.unwrap_or(0),
+        None => 0,
+    };
     Ok(interval.map(|interval| ClockTiming {
         interval,
         period,
         shift,
+        priority,
     }))
 }

@@ -116,6 +116,8 @@ pub struct ClockTiming {
     pub period: Option<f64>,
     /// Delay of the first tick, s: `shiftDecimal`, else `shiftCounter` / `resolution`.
     pub shift: f64,
+    /// Of clocks that tick at one time, the one with the least comes first. Of Scheduled Execution.
+    pub priority: u64,
 }
 
 words! {

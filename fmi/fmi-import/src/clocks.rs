@@ -5,7 +5,9 @@
 //! ticks in Event Mode. Between ticks the instance's memory has their values.
 
 use anyhow::{Result, bail};
-use fmi_description::{Causality, ClockInterval, ClockTiming, Description, Kind, Variable};
+use fmi_description::{
+    Causality, ClockInterval, ClockTiming, Description, Interface, Kind, Variable,
+};
 use serde::{Deserialize, Serialize};
 
 use crate::batch::{Batch, Layout};
@@ -13,7 +15,9 @@ use crate::batch::{Batch, Layout};
 /// The time-based input clocks of an FMU, and its clocked variables.
 #[derive(Debug, Default)]
 pub struct ClockPlan {
-    /// Clocks whose ticks the importer knows in advance.
+    /// The FMU is used by Scheduled Execution: a clock that ticks is a model partition.
+    pub(crate) is_scheduled: bool,
+    /// Clocks whose ticks the importer knows in advance, by their priorities.
     pub clocks: Vec<Clock>,
     /// Names and references of output clocks.
     pub(crate) outputs: Vec<(String, u32)>,
@@ -28,7 +32,10 @@ pub struct ClockPlan {
 impl ClockPlan {
     /// From a description that has its variables [by element](Description::by_element).
     pub fn new(description: &Description, layout: &Layout) -> Self {
-        let mut plan = Self::default();
+        let mut plan = Self {
+            is_scheduled: description.interface == Interface::ScheduledExecution,
+            ..Self::default()
+        };
         for (k, v) in description.variables.iter().enumerate() {
             let batch = || Batch::new(description, layout, vec![k]);
             match timing(v) {
@@ -47,6 +54,7 @@ impl ClockPlan {
                 None => {}
             }
         }
+        plan.clocks.sort_by_key(|clock| clock.timing.priority);
         plan
     }
 
@@ -197,6 +205,7 @@ mod tests {
             interval,
             period,
             shift: 0.25,
+            priority: 0,
         };
         let clock = Clock {
             name: "c".into(),

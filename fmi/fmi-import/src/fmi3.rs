@@ -141,6 +141,10 @@ impl Fmi3Instance {
         if self.tracked.mode.get() == Mode::Event {
             self.settle()?;
         }
+        if self.plan.is_scheduled {
+            self.tracked.time.set(t + h);
+            return Ok(());
+        }
         let (mut from, mut rest, mut stays) = (t, h, 0);
         loop {
             let mut step = StepEnd {

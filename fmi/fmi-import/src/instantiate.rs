@@ -30,6 +30,7 @@ pub fn instantiate(
 ) -> Result<Option<Box<dyn FmiInstance>>> {
     let made_by = match exchange {
         Some(_) if functions.is_fmi3() => "fmi3InstantiateModelExchange",
+        None if plan.is_scheduled => "fmi3InstantiateScheduledExecution",
         _ => functions.name("fmi2Instantiate"),
     };
     let needed = [made_by, functions.name("fmi2FreeInstance")];
@@ -42,6 +43,7 @@ pub fn instantiate(
     let request = Request {
         kind: match exchange {
             Some(_) => InstanceKind::ModelExchange,
+            None if plan.is_scheduled => InstanceKind::ScheduledExecution,
             None => InstanceKind::CoSimulation,
         },
         name: Some(&arguments.name),

@@ -117,6 +117,8 @@ pub enum InstanceKind {
     ModelExchange,
     /// Co-Simulation.
     CoSimulation,
+    /// Scheduled Execution, of FMI 3.0.
+    ScheduledExecution,
     /// Any other number, which only FMI 2.0 can be passed.
     Other(c_int),
 }
@@ -331,6 +333,7 @@ unsafe fn instantiate(
                 let kind = match request.kind {
                     InstanceKind::ModelExchange => 0,
                     InstanceKind::CoSimulation => 1,
+                    InstanceKind::ScheduledExecution => 2,
                     InstanceKind::Other(kind) => kind,
                 };
                 (f.fmi2Instantiate)(name, kind, token, resources, callbacks, 0, logging.into())
@@ -358,6 +361,20 @@ unsafe fn instantiate(
                         logger,
                         ptr::null_mut(),
                     ),
+                    // Its partitions are activated one after the other, in one thread: there is nothing
+                    // to lock, and clocks are asked after each.
+                    InstanceKind::ScheduledExecution => (f.fmi3InstantiateScheduledExecution)(
+                        name,
+                        token,
+                        resources,
+                        false,
+                        logging,
+                        environment,
+                        logger,
+                        clock_update as *const () as Pointer,
+                        preemption as *const () as Pointer,
+                        preemption as *const () as Pointer,
+                    ),
                     _ => (f.fmi3InstantiateModelExchange)(
                         name,
                         token,
@@ -372,6 +389,12 @@ unsafe fn instantiate(
         }
     }
 }
+
+/// `fmi3ClockUpdateCallback`.
+extern "C" fn clock_update(_environment: Pointer) {}
+
+/// `fmi3LockPreemptionCallback` and its opposite.
+extern "C" fn preemption() {}
 
 impl Drop for RawInstance {
     fn drop(&mut self) {

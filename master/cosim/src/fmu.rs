@@ -62,7 +62,7 @@ pub struct FmuWish {
 
 impl Fmu {
     /// Loads an FMU from its bytes; `file` is its name for messages. If it has Co-Simulation, that is
-    /// used, else Model Exchange.
+    /// used, else Model Exchange or Scheduled Execution.
     pub fn load(file: &str, bytes: Vec<u8>) -> Result<Arc<Self>> {
         Self::load_as(file, bytes, FmuWish::default())
     }
@@ -77,7 +77,8 @@ impl Fmu {
             !wanted.binary.is_isolated || cfg!(target_os = "linux"),
             "a process of its own (--isolate, or the annotation of the component) needs Linux"
         );
-        let usable = &[Interface::CoSimulation, Interface::ModelExchange][..];
+        use Interface::{CoSimulation, ModelExchange, ScheduledExecution};
+        let usable = &[CoSimulation, ModelExchange, ScheduledExecution][..];
         let interfaces = wanted.interface.as_ref();
         let interfaces = interfaces.map_or(usable, std::slice::from_ref);
         let sha256 = sha256(&bytes);

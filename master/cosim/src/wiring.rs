@@ -253,7 +253,7 @@ impl<'a> Wiring<'a> {
             );
             let description = self.description(port.component);
             ensure!(
-                description.interface == Interface::CoSimulation
+                description.interface != Interface::ModelExchange
                     && description.capabilities.event_mode,
                 "connection {c}: `{}` must be used by Co-Simulation with Event Mode (hasEventMode), in which alone its clock `{}` can tick",
                 self.component(port.component),

@@ -126,6 +126,7 @@ fn clocks_say_when_they_tick() {
             interval,
             period,
             shift,
+            priority: 0,
         })
     };
     assert_eq!(timing("c"), of(ClockInterval::Triggered, None, 0.0));

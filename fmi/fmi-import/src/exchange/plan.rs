@@ -232,8 +232,12 @@ fn check(description: &Description) -> Result<()> {
 /// A description by element, with the capabilities that an instance has for the master.
 pub fn as_component(description: &Description) -> Description {
     let mut by_element = description.clone().by_element();
-    if by_element.interface == Interface::ModelExchange {
-        by_element.capabilities = component_capabilities(by_element.capabilities);
+    let own = &mut by_element.capabilities;
+    match by_element.interface {
+        Interface::CoSimulation => {}
+        Interface::ModelExchange => *own = component_capabilities(own.clone()),
+        // Whoever schedules decides when what is computed.
+        Interface::ScheduledExecution => (own.event_mode, own.variable_step) = (true, true),
     }
     by_element
 }

@@ -46,12 +46,22 @@ impl Fmi3Instance {
         let mut clocks = self.tracked.clocks.borrow_mut();
         let all = self.plan.clocks.iter().zip(clocks.iter_mut());
         for (clock, ticks) in all.filter(|(_, ticks)| ticks.next <= until) {
-            let status = self.raw.set_clock(clock.reference, true);
-            Answer::check(status, "fmi3SetClock")?;
+            self.set_clock(clock.reference, ticks.next)?;
             ticks.tick();
-            self.tracked.active.borrow_mut().push(clock.reference);
         }
         self.set_clocked()
+    }
+
+    /// Activates a clock, at `t`, s. In Scheduled Execution its partition is computed, so its inputs
+    /// come before.
+    fn set_clock(&self, reference: u32, t: f64) -> Result<()> {
+        self.tracked.active.borrow_mut().push(reference);
+        if !self.plan.is_scheduled {
+            return Answer::check(self.raw.set_clock(reference, true), "fmi3SetClock");
+        }
+        self.set_clocked()?;
+        let status = self.raw.activate_model_partition(reference, t);
+        Answer::check(status, "fmi3ActivateModelPartition")
     }
 
     /// Sets the inputs of active clocks to what the memory holds.
@@ -102,8 +112,7 @@ impl Fmi3Instance {
         for (reference, _) in references.iter().zip(values).filter(|(_, on)| **on != 0.0) {
             if !self.tracked.active.borrow().contains(reference) {
                 self.enter_events()?;
-                Answer::check(self.raw.set_clock(*reference, true), "fmi3SetClock")?;
-                self.tracked.active.borrow_mut().push(*reference);
+                self.set_clock(*reference, self.tracked.time.get())?;
             }
         }
         self.set_clocked()
@@ -119,7 +128,12 @@ impl Fmi3Instance {
     }
 
     pub(super) fn enter_events(&self) -> Result<()> {
-        if !self.has_events || self.tracked.mode.replace(Mode::Event) == Mode::Event {
+        let is_there = self.tracked.mode.get() == Mode::Event;
+        if !self.has_events || is_there {
+            return Ok(());
+        }
+        self.tracked.mode.set(Mode::Event);
+        if self.plan.is_scheduled {
             return Ok(());
         }
         Answer::check(self.raw.enter_event_mode(), "fmi3EnterEventMode")
@@ -143,7 +157,9 @@ impl Fmi3Instance {
             }
         }
         let (call, mut update) = ("fmi3UpdateDiscreteStates", Update::default());
-        Answer::check(self.raw.update_discrete_states(&mut update), call)?;
+        if !self.plan.is_scheduled {
+            Answer::check(self.raw.update_discrete_states(&mut update), call)?;
+        }
         self.tracked.active.borrow_mut().clear();
         self.has_event.set(false);
         let time = self.tracked.time.get();
@@ -173,6 +189,9 @@ impl Fmi3Instance {
             return Ok(());
         }
         self.tracked.mode.set(Mode::Step);
+        if self.plan.is_scheduled {
+            return Ok(());
+        }
         match self.is_exchange {
             true => {
                 let status = self.raw.enter_continuous_time_mode();

@@ -396,12 +396,12 @@ impl Host {
 fn load(hosting: &Hosting, offered: Option<Offered>) -> Result<Loaded> {
     let read = |path: &Path| fs::read(path).with_context(|| path.display().to_string());
     let text = fmi_description::text(&read(&hosting.description)?)?;
-    let wanted = [match hosting.exchange.is_some() {
-        true => Interface::ModelExchange,
-        false => Interface::CoSimulation,
-    }];
-    let declared = Description::parse_as(&text, &wanted, &HashMap::new())?;
-    let description = as_component(&Description::parse_as(&text, &wanted, &hosting.sizes)?);
+    let wanted = match hosting.exchange.is_some() {
+        true => &[Interface::ModelExchange][..],
+        false => &[Interface::CoSimulation, Interface::ScheduledExecution],
+    };
+    let declared = Description::parse_as(&text, wanted, &HashMap::new())?;
+    let description = as_component(&Description::parse_as(&text, wanted, &hosting.sizes)?);
     let who = format!("FMU `{}`", hosting.file);
     Ok(Loaded {
         layout: Layout::new(&description),

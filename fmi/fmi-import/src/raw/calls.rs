@@ -165,6 +165,9 @@ calls! { self, c, f:
     fn get_clock(vr: u32, active: &mut bool) = ABSENT, (f.fmi3GetClock)(c, &vr, 1, active);
     /// Activates or deactivates a clock.
     fn set_clock(vr: u32, active: bool) = ABSENT, (f.fmi3SetClock)(c, &vr, 1, &active);
+    /// Computes what belongs to a clock, at `t`, s. Scheduled Execution only.
+    fn activate_model_partition(vr: u32, t: f64)
+        = ABSENT, (f.fmi3ActivateModelPartition)(c, vr, t);
     /// Gets the interval of a clock, s, and its `fmi3IntervalQualifier`.
     fn get_interval(vr: u32, interval: &mut f64, qualifier: Option<&mut c_int>)
         = ABSENT, (f.fmi3GetIntervalDecimal)(c, &vr, 1, interval, result_pointer(qualifier));
