@@ -39,6 +39,11 @@ impl Motion {
         self.blocked.iter().any(|direction| *direction != 0.0)
     }
 
+    /// Whether the boom does not follow, as where it stands on something.
+    pub(crate) fn is_boom_blocked(&self) -> bool {
+        self.blocked[..3].iter().any(|direction| *direction != 0.0)
+    }
+
     pub(crate) fn rest(zeta: &[f64; DOF]) -> Self {
         Self {
             zeta: Vector6::from(*zeta),

@@ -79,7 +79,8 @@ pub(crate) struct Plausibility {
     /// Desired minus actual tip position, m, and angle between the orientations, rad.
     pub(crate) tip_error: [f64; 3],
     pub(crate) orientation_error: f64,
-    /// Whether commanded rates wait for a joint that does not follow: the error is bounded then.
+    /// Whether commanded rates wait for a joint of the boom that does not follow: the error is bounded
+    /// then.
     pub(crate) waits: bool,
     /// Rod travel per angle of the first three joints, m/rad.
     pub(crate) primes: [f64; 3],
