@@ -72,6 +72,13 @@ const CURRENT: f64 = 0.05;
 /// later beyond the wanted one. The last has the least inertia, and jumps when it no longer sticks.
 const UNSETTLED: f64 = 4.0;
 const RUNAWAY: [f64; 3] = [1.5, 1.5, 2.5];
+/// Acceleration of a wrist joint, rad/s², and the shortest step that shows it, s: with an empty hook
+/// the largest torques give 500, and a machine that sets off half of the bound.
+const JUMPS: f64 = 300.0;
+const SHORTEST: f64 = 1e-3;
+/// Acceleration of a rod or its motor that only a sensor tells, over the rated speed, 1/s: machines of
+/// the strict world have 40.
+const SPEED_JUMPS: f64 = 200.0;
 
 /// What the law makes of the measurements, which the monitors compare them with.
 #[derive(Clone, Copy, Debug, Default)]
@@ -182,6 +189,8 @@ pub(crate) struct Monitors {
     angles: [f64; DOF],
     rates: [Alarm; DOF],
     ways: [[Way; COMPARED.len()]; 3],
+    /// Speeds of the rods in the step before by joint, motor and encoder, m/s.
+    speeds: [[f64; 3]; 3],
     /// Angles read last, rad, and motion wanted since they changed, rad.
     read: [f64; DOF],
     unseen: [f64; DOF],
@@ -198,8 +207,9 @@ pub(crate) struct Monitors {
     disobeys: [Alarm; 3],
     /// Currents commanded in the step before, A.
     commanded: [f64; 3],
-    /// Rates of the wrist, and their differences from the wanted ones, smoothed, rad/s.
-    wrist: [[f64; 2]; 3],
+    /// Rates of the wrist in the step before; smoothed; and their smoothed differences from the wanted
+    /// ones, rad/s.
+    wrist: [[f64; 3]; 3],
     /// Drives of rods and wrist that do not do what they are told.
     pub(super) erring: [bool; DOF],
 }
@@ -230,6 +240,10 @@ impl Monitors {
             error: now.tip_error,
             orientation_error: now.orientation_error,
             angles: input.zeta,
+            speeds: std::array::from_fn(|i| {
+                let by_motor = maps::travel_per_radian(nominal.parameters()[i]) * input.w_m[i];
+                [now.primes[i] * input.zeta_dot[i], by_motor, input.x_dot[i]]
+            }),
             ways: input.F.map(|force| {
                 [Way {
                     force,
@@ -238,6 +252,7 @@ impl Monitors {
             }),
             read: input.zeta,
             commanded: now.i_q_required,
+            wrist: std::array::from_fn(|j| [input.zeta_dot[3 + j], 0.0, 0.0]),
             factors: [1.0; 3],
             torques: std::array::from_fn(|i| {
                 maps::inertia(nominal.parameters()[i], 1.0) * input.w_m[i]
@@ -300,6 +315,12 @@ impl Monitors {
         for (i, ways) in self.ways.iter_mut().enumerate() {
             let by_joint = now.primes[i] * input.zeta_dot[i];
             let by_motor = maps::travel_per_radian(nominal.parameters()[i]) * input.w_m[i];
+            let speeds = [by_joint, by_motor, input.x_dot[i]];
+            let most = SPEED_JUMPS * nominal.ratings[i][1] * h.max(SHORTEST);
+            for (before, speed) in self.speeds[i].iter_mut().zip(speeds) {
+                is_on |= (speed - *before).abs() > most;
+                *before = speed;
+            }
             for (way, (time, gear)) in ways.iter_mut().zip(COMPARED) {
                 let forgets = share(h / time);
                 way.force += forgets * (input.F[i] - way.force);
@@ -404,10 +425,13 @@ impl Monitors {
         let (limits, reached) = (RateLimits::default().joint, share(h * SMOOTHED));
         let is_settled = self.settled >= removes(settings);
         let mut is_on = false;
-        for (j, [rate, more]) in (3..DOF).zip(&mut self.wrist) {
+        for (j, [before, rate, more]) in (3..DOF).zip(&mut self.wrist) {
+            let jump = input.zeta_dot[j] - *before;
+            *before = input.zeta_dot[j];
             *rate += reached * (input.zeta_dot[j] - *rate);
             *more += reached * (input.zeta_dot[j] - now.zeta_dot_r[j] - *more);
-            self.erring[j] |= rate.abs() > UNSETTLED * limits[j]
+            self.erring[j] |= jump.abs() > JUMPS * h.max(SHORTEST)
+                || rate.abs() > UNSETTLED * limits[j]
                 || is_settled && more.abs() > RUNAWAY[j - 3] * limits[j];
             is_on |= self.erring[j];
         }
