@@ -407,8 +407,8 @@ CLICKER = """
     const all = [...document.querySelectorAll("button, select, input:not([hidden])")].filter((one) => !one.disabled && !out.includes(one.id) && !one.closest("[hidden]"));
     const one = all[draw(all.length)];
     counts[one.tagName] = (counts[one.tagName] ?? 0) + 1;
-    // A run that starts takes long: one in eight of them is enough.
-    if (one.matches(restarts) && draw(8)) continue;
+    // A run that starts takes long: one in thirty of them is enough.
+    if (one.matches(restarts) && draw(30)) continue;
     if (draw(5) === 0) {
       const code = ["KeyA", "KeyW", "KeyE", "KeyP", "KeyL", "KeyO", "Space", "Period", "Backspace", "Escape"][draw(10)];
       for (const kind of ["keydown", "keyup"]) one.dispatchEvent(new KeyboardEvent(kind, { code, key: code.replace("Key", "").toLowerCase(), bubbles: true, cancelable: true }));
@@ -518,7 +518,7 @@ def test_a_waypoint_that_cannot_be_reached_is_taken_back(page):
     advance(page, 0.05)
     page.execute_script("document.getElementById('waypoint-here').click(); document.getElementById('waypoint-click').click(); document.querySelector('[data-view=side]').click()")
     canvas = page.find_element(By.ID, "machine")
-    ActionChains(page).move_to_element_with_offset(canvas, canvas.size["width"] // 2 - 330, -180).click().perform()
+    ActionChains(page).move_to_element_with_offset(canvas, -420, -60).click().perform()
     until(page, lambda: "cannot reach" in shown(page, "message"))
     assert page.execute_script("return document.getElementById('waypoint-count').textContent").startswith("1,")
     page.execute_script("document.getElementById('waypoint-click').click(); document.getElementById('waypoint-back').click()")

@@ -124,6 +124,7 @@ export class Ensemble {
 
   /* To the state of ten seconds ago, or the oldest one kept since; the time that it is of. */
   async undo(seconds = 10) {
+    await this.tending;
     const goal = this.time - seconds;
     const near = this.saved.reduce((best, state) => (Math.abs(state.time - goal) < Math.abs(best.time - goal) ? state : best));
     while (this.saved.at(-1) !== near) this.drop(this.saved.pop());

@@ -123,7 +123,7 @@ class LivePage extends Page {
         const plan = again ? this.plan : changes;
         await this.ensemble.restart(asked, laws, plan);
         Object.assign(this, { settings: asked, plan, log: [...plan], lost: null, pushed: null, resets: null, commanded: new Array(6).fill(0), load: 0 });
-        this.began = { ...asked };
+        Object.assign(this, { began: { ...asked }, run: {} });
         this.bars.clear();
         element("moments").replaceChildren();
         await this.know();
@@ -611,12 +611,13 @@ class LivePage extends Page {
 
   keepMoment() {
     return this.inTurn(async () => {
-      const state = await this.ensemble.state();
+      const [state, { run }] = [await this.ensemble.state(), this];
       const button = html`<button title="Back to this moment">${state.time.toFixed(2)} s</button>`;
       button.addEventListener("click", () => {
         this.playing = false;
         this.sayPlaying();
         this.goBack(async () => {
+          if (run !== this.run) throw new Error("That moment is of an earlier run.");
           await this.ensemble.back(state);
           return `Back at ${state.time.toFixed(2)} s.`;
         });
