@@ -521,10 +521,11 @@ class LivePage extends Page {
     }));
   }
 
-  /* What is wrong with a waypoint, for people. */
+  /* What is wrong with a waypoint, for people: of all that the check of the path says, what it says first. */
   waypointWords(message, point) {
-    if (!/reach/.test(message)) return `The waypoint at ${point.join(", ")} m is taken back: ${message}`;
-    return `The machine cannot reach the point ${point.join(", ")} m (forward, up, right) on the way from the one before. It is taken back: click nearer to the machine.`;
+    const [, joint, stroke, force] = /joint \d \(([\w ]+)\)|stroke of (\w+)|force of (\w+)/.exec(message) ?? [];
+    const why = force && !joint ? `the ${force} rod would be overloaded` : joint || stroke ? `${joint ?? stroke} would go beyond its end of travel` : /reach/.test(message) ? "it is out of reach" : message;
+    return `The machine cannot reach the point ${point.join(", ")} m (forward, up, right): ${why}. The point is taken back; click nearer to the others.`;
   }
 
   sayWaypoints() {
