@@ -281,6 +281,7 @@ class LivePage extends Page {
 
   /* As a drive that trips: the supervisor brakes all. */
   stopAll() {
+    this.tour = null;
     return this.inTurn(async () => {
       if (!this.canStop) throw new Error(STOP_NEEDS);
       this.emergency = true;
@@ -290,6 +291,7 @@ class LivePage extends Page {
 
   /* After a stop the machine is ready again where it stands. */
   reset() {
+    this.tour = null;
     return this.inTurn(async () => {
       if (this.emergency) await this.put("controller.tripped[1]", false);
       this.emergency = false;
