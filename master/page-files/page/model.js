@@ -189,7 +189,7 @@ class ModelPage extends Page {
         this.plotted[on ? "add" : "delete"](name);
         this.plots();
       });
-      Object.assign(box.dataset, { component: name.split(".")[0], search: `${name} ${description ?? ""}`.toLowerCase() });
+      Object.assign(box.dataset, { name, component: name.split(".")[0], search: `${name} ${description ?? ""}`.toLowerCase() });
       return box;
     });
     element("plotted").replaceChildren(...this.grouped(boxes, ({ dataset }) => dataset.component));
@@ -198,13 +198,32 @@ class ModelPage extends Page {
 
   /* Rows in a group for each component, where there are several. */
   grouped(rows, componentOf) {
-    const groups = Map.groupBy ? Map.groupBy(rows, componentOf) : rows.reduce((all, row) => all.set(componentOf(row), [...(all.get(componentOf(row)) ?? []), row]), new Map());
-    if (groups.size < 2) return rows;
+    const groups = rows.reduce((all, row) => all.set(componentOf(row), [...(all.get(componentOf(row)) ?? []), row]), new Map());
+    if (groups.size < 2) return this.folded(rows);
     return [...groups].map(([component, own]) => {
       const group = html`<details class="group"><summary>${component} (${own.length})</summary></details>`;
-      group.append(...own);
+      group.append(...this.folded(own));
       return group;
     });
+  }
+
+  /* An array is one row, which opens to those of its elements. */
+  folded(rows) {
+    const all = [];
+    for (const row of rows) {
+      const [, array] = /^(.*)\[[\d,]+\]$/.exec(row.dataset.name) ?? [];
+      const last = all.at(-1);
+      if (array && last?.dataset.array === array) last.append(row);
+      else if (array) {
+        const fold = html`<details class="group" data-array="${array}"><summary></summary></details>`;
+        fold.append(row);
+        all.push(fold);
+      } else all.push(row);
+    }
+    for (const { dataset, children } of all) {
+      if (dataset.array) children[0].textContent = `${dataset.array.slice(dataset.array.indexOf(".") + 1)} [${children.length - 1}]`;
+    }
+    return all;
   }
 
   /* The curves that are shown first: outputs that terminals or the documentation name, where there are some, else the first ones. */
@@ -219,7 +238,7 @@ class ModelPage extends Page {
     const isNumeric = !items?.length && type !== "Boolean" && type !== "String";
     const [start, min, max] = [this.values[name] ?? variable.start ?? 0, variable.min, variable.max].map((value) => (isNumeric && value !== null ? from(Number(value ?? NaN)) : value));
     const text = `${short}${unit && unit !== "1" ? `, ${unit}` : ""}`;
-    const row = html`<div class="row" data-component="${name.split(".")[0]}" data-search="${`${name} ${description ?? ""}`.toLowerCase()}"><label title="${description}"><span>${text}</span></label></div>`;
+    const row = html`<div class="row" data-name="${name}" data-component="${name.split(".")[0]}" data-search="${`${name} ${description ?? ""}`.toLowerCase()}"><label title="${description}"><span>${text}</span></label></div>`;
     const field = items?.length ? html`<select></select>` : html`<input type="${{ Boolean: "checkbox", String: "text" }[type] ?? "number"}" step="any" value="${start}">`;
     items?.forEach((item) => field.add(new Option(item.name)));
     if (items?.length) field.value = items.find((item) => item.value === start)?.name ?? start;

@@ -173,7 +173,10 @@ export class Scope {
     // One number by itself would be no scale.
     if (Math.floor(high / step) <= Math.ceil(low / step)) step = roundStep(high - low, 2 * count);
     // Large and small numbers have their power of ten once, at the top.
-    const most = Math.max(Math.abs(low), Math.abs(high));
+    // What changes little compared with its size is shown from a number on.
+    const isNarrow = step < 1e-4 * Math.max(Math.abs(low), Math.abs(high));
+    const offset = isNarrow ? Math.floor(low / (10 * step)) * 10 * step : 0;
+    const most = Math.max(Math.abs(low - offset), Math.abs(high - offset));
     const power = most >= 1e5 || step < 1e-4 ? Math.floor(Math.log10(most) + 1e-9) : 0;
     const digits = Math.min(Math.max(0, power - Math.floor(Math.log10(step) + 1e-9)), 12);
     context.textAlign = "right";
@@ -182,13 +185,14 @@ export class Scope {
     for (let v = Math.ceil(low / step) * step; v <= high; v += step) {
       context.moveTo(box.left, y(v));
       context.lineTo(box.right, y(v));
-      const text = (Math.abs(v) < 1e-9 * step ? 0 : v / 10 ** power).toFixed(digits);
+      const text = (Math.abs(v - offset) < 1e-6 * step ? 0 : (v - offset) / 10 ** power).toFixed(digits);
       context.fillText(text.replace("-", "−"), box.left - 4, y(v));
     }
     const every = roundStep(this.length, Math.max((box.right - box.left) / 70, 2));
-    if (power) {
+    if (power || isNarrow) {
       context.textAlign = "left";
-      context.fillText(`×10^${power}`.replace("-", "−"), box.left + 3, box.top + 6);
+      const scale = `${isNarrow ? `${Number(offset.toPrecision(10))} + ` : ""}${power ? `×10^${power}` : ""}`;
+      context.fillText(scale.replace("-", "−"), box.left + 3, box.top + 6);
     }
     context.textAlign = "center";
     context.textBaseline = "alphabetic";
