@@ -618,11 +618,14 @@
 
   const FRAME = 1000 / 60;
   const channel = new MessageChannel();
+  /* Who waits for a turn: a run that plays may be advanced too. */
+  const waiting = [];
+  channel.port1.onmessage = () => waiting.shift()();
   /* Let other messages in; a timer of 0 would wait 4 ms. */
   const breath = (ms = 0) => new Promise((resolve) => {
     if (ms > 1) setTimeout(resolve, ms);
     else {
-      channel.port1.onmessage = resolve;
+      waiting.push(resolve);
       channel.port2.postMessage(0);
     }
   });
