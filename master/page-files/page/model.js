@@ -226,10 +226,10 @@ class ModelPage extends Page {
     return all;
   }
 
-  /* The curves that are shown first: outputs that terminals or the documentation name, where there are some, else the first ones. */
+  /* The curves that are shown first: outputs that terminals or the documentation name come before the others. */
   firstCurves() {
-    const named = this.curves.filter(({ name }) => this.named?.has(name));
-    return (named.length ? named : this.curves).slice(0, FIRST_PLOTS);
+    const isNamed = ({ name }) => this.named.has(name);
+    return [...this.curves.filter(isNamed), ...this.curves.filter((one) => !isNamed(one))].slice(0, FIRST_PLOTS);
   }
 
   /* A row for an input or a parameter: a slider too where it has bounds, and for an input what it does over time. */
