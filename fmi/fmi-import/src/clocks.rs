@@ -143,7 +143,7 @@ impl Clock {
         } else {
             ticks.next = told.map_or(f64::INFINITY, |s| start + s);
         }
-        self.check(ticks)
+        self.check(told.or(ticks.period), ticks.next)
     }
 
     /// Takes over the interval that the FMU reports after an event at `now`, s.
@@ -155,14 +155,22 @@ impl Clock {
             (ticks.period, ticks.origin, ticks.count) = (Some(interval), now, 1);
         }
         ticks.next = now + interval;
-        self.check(ticks)
+        self.check(Some(interval), ticks.next)
     }
 
-    fn check(&self, TickTimes { period, next, .. }: &TickTimes) -> Result<()> {
-        let is_sound = period.is_some_and(|s| s.is_finite() && s > 0.0);
-        if self.is_periodic() && !is_sound || next.is_nan() {
-            let interval = period.map_or("none".into(), |s| format!("{s} s"));
-            bail!("its clock `{}` has the interval {interval}", self.name);
+    /// Checks the interval, and the time of the next tick, both s.
+    fn check(&self, interval: Option<f64>, next: f64) -> Result<()> {
+        let is_sound = match interval {
+            Some(s) if self.is_periodic() => s.is_finite() && s > 0.0,
+            Some(s) => s >= 0.0,
+            None => !self.is_periodic(),
+        };
+        if !is_sound || next.is_nan() {
+            let interval = interval.map_or("none".into(), |s| format!("{s} s"));
+            bail!(
+                "its clock `{}` has the interval {interval}, and ticks next at {next} s",
+                self.name
+            );
         }
         Ok(())
     }
@@ -249,5 +257,18 @@ mod tests {
         assert_eq!(next(&mut ticks, 2), [3.0, f64::INFINITY]);
         clock.update(&mut ticks, 3.0, &Interval::Unknown).unwrap();
         assert_eq!(ticks.next, f64::INFINITY);
+        for (interval, next) in [(f64::NAN, "NaN"), (-1.0, "2")] {
+            let told = Interval::Changed(interval);
+            let text =
+                format!("its clock `c` has the interval {interval} s, and ticks next at {next} s");
+            let error = clock.update(&mut ticks, 3.0, &told).unwrap_err();
+            assert_eq!(error.to_string(), text);
+            let error = clock.start(&mut ticks, 3.0, Some(told), None);
+            assert_eq!(error.unwrap_err().to_string(), text);
+        }
+        let (periodic, mut ticks) = self::clock(ClockInterval::Constant, Some(0.5));
+        let error = periodic.start(&mut ticks, 3.0, None, Some(f64::NAN));
+        let text = "its clock `c` has the interval 0.5 s, and ticks next at NaN s";
+        assert_eq!(error.unwrap_err().to_string(), text);
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::field::{Field, Kind, Role, Shape};
 use crate::units;
-use crate::values::{length, real, start_value, vector};
+use crate::values::{element, length, real, start_value, vector};
 use proc_macro2::{Delimiter, Span, TokenStream, TokenTree};
 use quote::{format_ident, quote, quote_spanned};
 use syn::spanned::Spanned;
@@ -265,8 +265,9 @@ fn shape(field: &Field, role: Role) -> TokenStream {
                 Role::Input => quote!(Input),
                 Role::Output | Role::State => quote!(Output),
             };
+            let zero = element(field);
             let value = match role {
-                Role::State => quote!(::std::vec![0.0; n]), // `State::start` has the start values
+                Role::State => quote!(::std::vec![#zero; n]), // `State::start` has the start values
                 _ => vector(field),
             };
             let (member, lengths) = (&field.ident, field.attributes.len.iter().map(length));

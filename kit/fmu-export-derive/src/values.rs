@@ -125,7 +125,8 @@ pub(crate) fn zero(field: &Field) -> TokenStream {
     }
 }
 
-fn element(field: &Field) -> TokenStream {
+/// The zero of an element of it.
+pub(crate) fn element(field: &Field) -> TokenStream {
     match field.kind {
         Kind::Real | Kind::Other("Float32") => quote!(0.0),
         Kind::Other("Binary") => quote!(::core::default::Default::default()),

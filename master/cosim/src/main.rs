@@ -189,9 +189,10 @@ fn load_system_or_fmus(args: &OneRunArgs) -> Result<System> {
 
 fn run_system(args: &OneRunArgs) -> Result<Verdict> {
     let system = load_system_or_fmus(args)?;
-    let (experiment, mut verdict) = prepare(&system, &args.run, &args.inputs)?;
+    let (mut experiment, mut verdict) = prepare(&system, &args.run, &args.inputs)?;
     verdict.extend(args.csv.notes(&system)?);
     let mut plan = args.steps.plan(&system, &experiment)?;
+    experiment.stepping.repeats = plan.control.repeats();
     if args.run.threads.is_none() && plan.resume.is_none() {
         plan.threads_for = Some(experiment.clone());
     }

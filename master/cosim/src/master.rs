@@ -136,7 +136,8 @@ impl Master {
             }
         }
         let worker = |k| thread_plan.worker(k);
-        let make = |k| make(system, k, settings, is_staged, told, worker(k), &nonfinite);
+        let stages = (is_staged, stepping.repeats);
+        let make = |k| make(system, k, settings, stages, told, worker(k), &nonfinite);
         let instances: Vec<Instance> = (0..system.fmus.len()).map(make).collect::<Result<_>>()?;
         exchange.is_multi_threaded = instances.iter().any(Instance::is_elsewhere);
         initialize(&instances, &wiring, stepping)?;
@@ -307,7 +308,7 @@ impl Master {
             if self.whole_steps.is_none() {
                 schedule::prepare(schedule, &mut self.coupling, self.time)?;
             }
-            let split = self.coupling.split(end - tolerance);
+            let split = self.coupling.split(self.time, end - tolerance);
             let is_close = split.is_some_and(|t| t - self.time < tolerance);
             crowded = if is_close { crowded + 1 } else { 0 };
             if crowded > MAX_CROWDED {

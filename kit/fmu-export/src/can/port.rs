@@ -46,7 +46,7 @@ pub struct CanOutput<const N: usize> {
 pub enum Unsent {
     /// It is no operation of the standard.
     Corrupt(Reason),
-    /// There is no room for it before the next tick of `Tx_Clock`.
+    /// There is no room for it until others have left the queue.
     Full {
         /// Number of bytes of the operation.
         bytes: usize,
@@ -63,7 +63,7 @@ impl fmt::Display for Unsent {
             Self::Corrupt(reason) => write!(f, "an operation cannot be sent: {reason}"),
             Self::Full { bytes, left, most } => write!(
                 f,
-                "an operation of {bytes} bytes cannot be sent: {left} of {most} bytes are left until the next tick of Tx_Clock"
+                "an operation of {bytes} bytes does not fit: {left} of {most} bytes are left"
             ),
         }
     }
@@ -133,15 +133,16 @@ impl<const N: usize> CanOutput<N> {
     }
 
     /// Answers a corrupt operation with a Format Error that holds as much of it as there is room
-    /// for. A corrupt Format Error has no answer, else two FMUs could go on forever.
-    pub fn reject(&mut self, corrupt: &Corrupt<'_>) -> Result<(), Unsent> {
+    /// for. There is no answer without room for its header, so that nobody can fill the queue with
+    /// them; nor to a corrupt Format Error, else two FMUs could go on forever.
+    pub fn reject(&mut self, corrupt: &Corrupt<'_>) {
         let empty = Operation::FormatError(&[]);
-        if corrupt.data.starts_with(&1_u32.to_le_bytes()) {
-            return Ok(());
+        if let Some(room) = self.room().checked_sub(empty.len())
+            && !corrupt.data.starts_with(&1_u32.to_le_bytes())
+        {
+            let data = &corrupt.data[..room.min(corrupt.data.len()).min(u16::MAX.into())];
+            self.send(&Operation::FormatError(data)).expect("it fits");
         }
-        let room = self.room().saturating_sub(empty.len()).min(u16::MAX.into());
-        let data = &corrupt.data[..room.min(corrupt.data.len())];
-        self.send(&Operation::FormatError(data))
     }
 
     /// The value of `Tx_Data`.

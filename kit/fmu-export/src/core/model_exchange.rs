@@ -15,6 +15,10 @@ use super::value::Value;
 use crate::{Model, ModelError};
 use std::mem;
 
+/// How far a time event may be from the time of a communication point to which it belongs, relative
+/// to that time: importers add up their steps.
+const NEAR: f64 = 1e-12;
+
 /// The results of updating the discrete states.
 pub(crate) struct EventOutcome {
     pub(crate) event: Event,
@@ -208,7 +212,11 @@ impl<M: Model> Instance<M> {
 
     /// Lets the model handle an event at the present time.
     pub(super) fn handle_event(&mut self) -> Result<EventOutcome, Fault> {
-        let (equations, t) = (equations::<M>()?, self.state.time);
+        let (equations, now, due) = (equations::<M>()?, self.state.time, self.state.event);
+        let t = match due > now && due - now <= NEAR * now.abs() {
+            true => due,
+            false => now,
+        };
         let [mut before, mut after] = [(); 2].map(|()| vec![0.0; self.layout.states]);
         self.check_stop()?;
         let mut rate = self.equation_cache.rate.take();

@@ -48,8 +48,9 @@ impl<M: Continuous> StepSystem<'_, M> {
 
     /// Handles an event at the present time, which is `t` to the last bit.
     fn event(&mut self, t: f64) -> Result<Event, ModelError> {
-        let moved = self.u.at::<M>(self.s);
-        event::handle(t, || self.at.event(self.p, &moved, t))
+        let moved = (self.u.order() > 0).then(|| self.u.at::<M>(self.s));
+        let u = moved.as_ref().unwrap_or(self.u.value());
+        event::handle(t, || self.at.event(self.p, u, t))
     }
 }
 

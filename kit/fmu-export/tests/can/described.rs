@@ -136,3 +136,50 @@ fn mistakes_in_terminals_are_named() {
         "`b.Rx_Data` belongs to no terminal: name it by `Terminal::can` in `Info::terminals`"
     );
 }
+
+/// With frames that a partition sends, and the next one would replace.
+#[derive(Clone, Default, Serialize, Deserialize)]
+struct Scheduled {
+    body: CanOutput<64>,
+}
+
+#[derive(Output)]
+struct Sent {
+    body: CanOutput<64>,
+}
+
+impl Model for Scheduled {
+    const INFO: Info = Info::new("Scheduled", "A node").terminals(&[Terminal::can("body", "")]);
+    const CLOCKS: &'static [Clock<Self>] = can_clocks!("body" = body: |_, _, _, _| Ok(()));
+    const SCHEDULED_EXECUTION: bool = true;
+    derived!((), Input, Sent);
+
+    fn initialize(_p: &(), _u: &Input, _t: f64) -> Result<Self, ModelError> {
+        Ok(Self::default())
+    }
+
+    fn output(&self, _p: &(), _u: &Input, _now: &()) -> Result<Sent, ModelError> {
+        let body = self.body.clone();
+        Ok(Sent { body })
+    }
+
+    fn step(
+        &mut self,
+        _p: &(),
+        _u: &InputPolynomial<Input>,
+        _now: &(),
+        _t: f64,
+        _h: f64,
+    ) -> Result<StepEnd, ModelError> {
+        Ok(StepEnd::WHOLE)
+    }
+}
+
+#[test]
+fn scheduled_execution_is_refused() {
+    assert_eq!(
+        model_description3::<Scheduled>().unwrap_err(),
+        "terminal `body` is one of CAN, and `SCHEDULED_EXECUTION` is set: each partition would replace the frames that the one before has \
+         sent; leave one of the two out"
+    );
+}

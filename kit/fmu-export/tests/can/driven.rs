@@ -6,6 +6,7 @@
 #[expect(dead_code, reason = "for several tests")]
 mod ways;
 
+use allocation_counter::measure;
 use fmu_export::can::{CanInput, CanOutput, Operation};
 use fmu_export::{Terminal, can_clocks, check, prelude::*};
 use std::ffi::c_int;
@@ -146,6 +147,17 @@ fn a_frame_waits_for_the_end_of_the_step() {
         fmu.enter_steps();
         assert_eq!(fmu.step(0.5, 0.5), ([false; 3], 1.0));
     }
+}
+
+/// Oracle: an allocator that counts.
+#[test]
+fn a_step_whose_event_sends_does_not_allocate() {
+    let fmu = stepping(false);
+    assert_eq!(fmu.step(0.0, 0.125), ([false; 3], 0.125));
+    let sends = || assert_eq!(fmu.step(0.125, 0.25), ([true, false, false], 0.375));
+    assert_eq!(measure(sends).count_total, 0);
+    fmu.enter_events();
+    ticks(&fmu, &confirm(0x25));
 }
 
 /// What is set in Step Mode is an event at the start of the step.

@@ -330,3 +330,58 @@ fn an_ode_compares_parameters_fails_by_name_and_reacts_to_tuning() {
     assert_eq!(x.memory.tuned, [0.75]);
     assert!(Model::log(&mut x).is_some());
 }
+
+/// A position of a switch
+#[derive(Clone, Copy, Enumeration)]
+enum Position {
+    /// Open
+    Open,
+    /// Closed
+    Closed,
+}
+
+#[derive(Parameters)]
+struct Sizes {
+    /// Number of switches
+    #[fmu(structural, start = 3, min = 1, max = 9)]
+    n: i32,
+}
+
+/// Switches, as many as a parameter says
+#[derive(State)]
+#[fmu(parameters = Sizes)]
+struct Switches {
+    /// Where they are
+    #[fmu(discrete, len = p.n, start = Position::Closed)]
+    position: Vec<Choice<Position>>,
+    /// How often each was switched
+    #[fmu(discrete, len = p.n, start = 7 + i as i32)]
+    count: Vec<i32>,
+    /// Whether they are locked
+    #[fmu(discrete, len = p.n, start = i == 1)]
+    locked: Vec<bool>,
+    /// What is written on them
+    #[fmu(discrete, len = p.n)]
+    label: Vec<String>,
+}
+
+impl Ode for Switches {
+    fn derivative(&self, _p: &Sizes, _u: &(), _t: f64, _dx: &mut Self) {}
+}
+
+#[test]
+fn discrete_vectors_are_of_any_type() {
+    assert_eq!(check::<Switches>(), [""; 0]);
+    let (p, u) = Switches::defaults();
+    let x = Switches::initialize(&p, &u, 0.0).unwrap();
+    assert_eq!(
+        (&x.count[..], &x.locked[..]),
+        (&[7, 8, 9][..], &[false, true, false][..])
+    );
+    assert!(
+        x.position
+            .iter()
+            .all(|one| matches!(**one, Position::Closed))
+    );
+    assert_eq!((x.position.len(), x.label), (3, vec![String::new(); 3]));
+}

@@ -427,10 +427,12 @@ impl Coupling {
         )
     }
 
-    /// Time of the first event before `end`, s, at which the step is split; None if a component
-    /// cannot vary its step.
-    pub fn split(&self, end: f64) -> Option<f64> {
-        let first = self.timed().map(Instance::next_event).reduce(f64::min)?;
+    /// Time of the first event after `start` and before `end`, both s, at which the step is split; None
+    /// if a component cannot vary its step. An event at `start` that is announced anew, by an FMU whose
+    /// own time is earlier by rounding, is left to its next step.
+    pub fn split(&self, start: f64, end: f64) -> Option<f64> {
+        let all = self.timed().map(Instance::next_event);
+        let first = all.filter(|t| *t > start).reduce(f64::min)?;
         (first < end && self.fixed.is_none()).then_some(first)
     }
 

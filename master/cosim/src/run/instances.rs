@@ -15,17 +15,26 @@ use fmi_import::raw::Experiment as FmiExperiment;
 /// An instance of component `k` on its own, with the system's parameter values, then `settings`.
 pub fn instantiate(system: &System, k: usize, settings: &[Setting]) -> Result<Instance> {
     let told = FmiExperiment::from_start(system.structure.start_time);
-    make(system, k, settings, false, told, None, &BTreeSet::new())
+    make(
+        system,
+        k,
+        settings,
+        (false, true),
+        told,
+        None,
+        &BTreeSet::new(),
+    )
 }
 
 /// The same for a run of which the FMU is `told` this, with its own tolerance where none is given,
-/// in a worker's thread if there is one; `is_staged` as in [`Instance::new`]. The variables
+/// in a worker's thread if there is one; `is_staged` as in [`Instance::new`]. If a component that ends a
+/// step early ends that of all (`stops_all`), one whose clocks are connected may. The variables
 /// `nonfinite` may have values that are not finite.
 pub(crate) fn make(
     system: &System,
     k: usize,
     settings: &[Setting],
-    is_staged: bool,
+    (is_staged, stops_all): (bool, bool),
     mut told: FmiExperiment,
     worker: Option<&Worker>,
     nonfinite: &BTreeSet<Port>,
@@ -38,10 +47,11 @@ pub(crate) fn make(
         Some(instance) => instance,
         None => {
             // Its ticks would be between the communication points of the others.
-            let ticks_others = system.structure.connections.iter().any(|c| {
-                let clock = fmu.description.variable(&c.start.1);
-                c.start.0 == component.name && clock.is_ok_and(|v| v.kind == Kind::Clock)
-            });
+            let ticks_others = !stops_all
+                && system.structure.connections.iter().any(|c| {
+                    let clock = fmu.description.variable(&c.start.1);
+                    c.start.0 == component.name && clock.is_ok_and(|v| v.kind == Kind::Clock)
+                });
             Instance::in_thread(worker, fmu, &component.name, is_staged, !ticks_others)?
         }
     };

@@ -62,6 +62,7 @@ impl RunKey {
             schedule,
             between,
             jitter,
+            repeats: _, // from the choice of steps
         } = stepping;
         key.add("the start time", format!("{start} s"));
         key.add("the communication step", format!("{step} s"));

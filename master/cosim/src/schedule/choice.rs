@@ -75,6 +75,8 @@ pub struct Stepping {
     pub between: Between,
     /// Deviation of communication points from their grid, if any.
     pub jitter: Option<Jitter>,
+    /// Whether all repeat a step that a component ends early, up to where it ended.
+    pub repeats: bool,
 }
 
 impl Stepping {
@@ -87,6 +89,7 @@ impl Stepping {
             schedule,
             between,
             jitter,
+            repeats: false,
         }
     }
 }

@@ -2,7 +2,8 @@
    4: 1e300, 5: their derivatives alone are NaN. Value references:
 
    0       u, any number; 1: y; 2: at; 3: kind; 4: how many numbers that are not finite it was given
-   5       ahead: 1: the next event is always announced one ulp ahead, 2: steps return early by one ulp, 3: events that never end
+   5       ahead: 1: the next event is always announced one ulp ahead, 2: steps return early by one ulp, 3: events that never end,
+           4: events at 0.5 + k·0.1, compared with the time that steps add up to, 5: an update ends the run
    10, 11  three numbers in and out, of which the second is y; 12, 13: Float32 in and out; 14: q = u, at once; 15: 1/u, at once */
 #include <math.h>
 
@@ -92,14 +93,21 @@ int fmi3ExitInitializationMode(void *c) { return 0; }
 FMI3_EVENTS
 FMI3_UPDATE {
     const numbers *n = c;
-    *ends = *nominals = *values = false;
+    *nominals = *values = false;
+    *ends = n->ahead == 5 && n->time >= n->at - 1e-9;
     *again = n->ahead == 3 && n->time >= n->at - 1e-9;
     *has_next = n->ahead == 1 && n->time >= n->at - 1e-9;
     *next = nextafter(n->time, INFINITY);
+    if (n->ahead == 4) {
+        double k = round((n->time - 0.5) / 0.1);
+        *has_next = true, *next = 0.5 + k * 0.1;
+        if (*next <= n->time) *next = 0.5 + (k + 1) * 0.1;
+    }
     return 0;
 }
 FMI3_STEP {
     numbers *n = c;
+    if (!(h > 0)) return 3;
     *event = *ends = false;
     *early = n->ahead == 2 && t >= n->at - 1e-9;
     n->time = *last = *early ? nextafter(t, INFINITY) : t + h;

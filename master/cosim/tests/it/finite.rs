@@ -399,6 +399,10 @@ fn events_without_end_are_named() {
         ("1", ["`a` has had 1000 events in a row", "at t = 0.8"]),
         ("2", ["fmi3DoStep returned early", "at 0.8"]),
         ("3", ["a", "still change after 100 passes"]),
+        (
+            "5",
+            ["fmi3UpdateDiscreteStates asks to end", "at t = 0.8 s"],
+        ),
     ] {
         for schedule in [Schedule::Jacobi, Schedule::GaussSeidel] {
             let start = ["a.at=0.72", &format!("a.ahead={ahead}")];
@@ -406,6 +410,15 @@ fn events_without_end_are_named() {
             let mut master = base.start(&plain).unwrap();
             assert_contains(&failure(&mut master), &parts);
         }
+    }
+    // At 0.8 s = 0.5 s + 3·0.1 s the FMU has come to (0.5 s + 2·0.1 s) + 0.1 s, which is less: it
+    // announces that event anew, and there is no step of length 0.
+    assert!(0.5 + 2.0 * 0.1 + 0.1 < 0.5 + 3.0 * 0.1);
+    for schedule in [Schedule::Standard, Schedule::Jacobi] {
+        let base = experiment(&plain, &["a.ahead=4"], schedule);
+        let mut master = base.start(&plain).unwrap();
+        (0..10).for_each(|_| master.step().unwrap());
+        assert_eq!(master.time(), 1.5);
     }
 }
 

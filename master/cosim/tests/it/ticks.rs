@@ -6,8 +6,10 @@ use std::fs;
 use std::path::PathBuf;
 
 use allocation_counter::measure;
-use cosim::master::{Master, Schedule};
-use cosim::run::simulate::Experiment;
+use cosim::master::{Master, Schedule, Stepping};
+use cosim::run::observer::Function;
+use cosim::run::simulate::{Experiment, Plan, run_plan};
+use cosim::stepping::StepControl;
 use cosim::structure::FmuUse;
 use cosim::structure::system::System;
 
@@ -178,6 +180,55 @@ fn an_event_within_a_step_ticks_at_its_end() {
         run(&mut master, 2).unwrap();
         assert_numbers(&connected, &master, &[("b.ins", 1.0), ("b.sum", 1.0)]);
     }
+}
+
+/// Where steps are repeated, the others are brought to the event of the one that found it, and the
+/// clock ticks there: a row has it, and the step after it leads back to the grid. A component that
+/// may not return early has its tick at 0.8 s.
+#[test]
+fn an_event_within_a_repeated_step_ticks_at_its_time() {
+    let connected = three("repeated", &["a.out=b.in", "a.y=b.u"]);
+    let settings = settings(&connected, &["a.mode=2", "a.event=0.73"]).unwrap();
+    for (schedule, repeats) in SCHEDULES
+        .map(|schedule| [(schedule, false), (schedule, true)])
+        .concat()
+    {
+        let stepping = Stepping {
+            repeats,
+            ..stepping(H, schedule)
+        };
+        let master = Master::new(&connected, &settings, stepping).unwrap();
+        let plan = Plan {
+            control: StepControl::Repeated,
+            ..Plan::to(0.9)
+        };
+        let mut rows = Vec::new();
+        let mut observer = Function(|master: &Master| {
+            let ticks = number(&connected, master, "b.ins");
+            rows.push((format!("{:.6}", master.time()), ticks));
+            Ok(())
+        });
+        run_plan(&connected, master, &plan, &|_, _| (), &mut observer).unwrap();
+        let mut rows = rows.iter().map(|(time, ticks)| (&time[..], *ticks));
+        let (first, end) = match repeats {
+            true => ("0.730000", "0.900000"),
+            false => ("0.800000", "0.900000"),
+        };
+        let ticked = rows.by_ref().find(|(_, ticks)| *ticks > 0.0);
+        assert_eq!(ticked, Some((first, 1.0)), "{schedule:?}");
+        assert_eq!(rows.last(), Some((end, 1.0)), "{schedule:?}");
+    }
+    // Nobody passes it on where steps may end early and are not repeated.
+    let stepping = Stepping {
+        repeats: true,
+        ..stepping(H, Schedule::Standard)
+    };
+    let mut master = Master::new(&connected, &settings, stepping).unwrap();
+    run(&mut master, 2).unwrap();
+    assert_holds(
+        run(&mut master, 1),
+        &["its connected clock `out` ticks between two communication points"],
+    );
 }
 
 /// Ticks that lead round are ended: at once, where each ticks in the next instant, and by the

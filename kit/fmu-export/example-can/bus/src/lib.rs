@@ -124,7 +124,14 @@ impl Bus {
                         format_args!("t = {t} s: node[{}] is off the bus and sends", K + 1),
                     );
                 }
-                Ok(frame @ Operation::Transmit(_)) => known.frames.push(&frame)?,
+                Ok(frame @ Operation::Transmit(_)) => {
+                    known.frames.push(&frame).map_err(|full| {
+                        ModelError::new(format!(
+                            "frames of node[{}] wait for the bus: {full}",
+                            K + 1
+                        ))
+                    })?
+                }
                 Ok(Operation::Configuration(Configuration::BaudRate(rate))) if rate > 0 => {
                     self.baud_rate = rate;
                 }
@@ -160,7 +167,7 @@ impl Bus {
                         "",
                         format_args!("t = {t} s: node[{}] sends {reason}", K + 1),
                     );
-                    self.node[K].reject(&corrupt)?;
+                    self.node[K].reject(&corrupt);
                 }
             }
         }

@@ -102,7 +102,7 @@ impl Node {
                     let (t, reason) = (tick.time, corrupt.reason);
                     self.log
                         .warning("", format_args!("t = {t} s: received {reason}"));
-                    self.can.reject(&corrupt)?;
+                    self.can.reject(&corrupt);
                 }
             }
         }

@@ -17,6 +17,13 @@ const NOTIFICATIONS: &str = "BusNotifications";
 /// clocks, and each Binary of a network a terminal.
 pub(super) fn check<M: Model>(layout: &Layout<M>) -> Result<(), String> {
     for terminal in M::INFO.terminals.iter().filter(|t| t.is_can()) {
+        if M::SCHEDULED_EXECUTION {
+            return Err(format!(
+                "terminal `{}` is one of CAN, and `SCHEDULED_EXECUTION` is set: each partition would replace the frames that the one \
+                 before has sent; leave one of the two out",
+                terminal.name
+            ));
+        }
         for member in MEMBERS {
             let name = variable(terminal, member);
             if !layout.blocks().any(|(_, (span, ..))| span.row.name == name) {

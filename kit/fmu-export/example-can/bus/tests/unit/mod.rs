@@ -332,3 +332,24 @@ fn a_frame_of_a_node_that_leaves_is_gone() {
     );
     assert_eq!(run.bus.frames, 1);
 }
+
+/// As many corrupt operations as there is room for, 512 of 8 bytes: answers of 18 bytes to
+/// 227 of them and an empty one; the rest has none. The bus goes on.
+#[test]
+fn corrupt_operations_stop_nothing() {
+    let mut run = Run::new();
+    let (p, mut u) = Bus::defaults();
+    u.node[0].set(&[0x43, 0, 0, 0, 8, 0, 0, 0].repeat(MOST / 8));
+    let tick = Tick {
+        time: run.t,
+        interval: H,
+    };
+    run.bus.receive::<0>(&p, &u, tick).unwrap();
+    let (_, [answers, other]) = run.next();
+    assert_eq!(Operations::new(&answers).count(), 227 + 1);
+    assert_eq!(answers.len(), MOST);
+    assert!(other.is_empty());
+    let frame = data_frame(ID, &[1]);
+    run.send::<0>(&[frame]);
+    assert_eq!(run.next().1[1], bytes(&[frame]));
+}
