@@ -122,6 +122,14 @@ def test_a_bad_verdict_is_told():
             stepped.step(300)
 
 
+def test_a_script_that_sets_the_reference_drives_the_machine(still):
+    still.step(10)
+    assert "nothing drives controller.reference.position" in still.result().attrs["findings"] and still.result().attrs["verdict"] == "BAD"
+    still.set("controller.reference.position", still.get("controller.desired.position"))
+    still.step(10)
+    assert still.result().attrs["verdict"] == "good"
+
+
 def test_only_its_own_thread_and_process_step_a_system(still):
     force, raised = still.port("emla_2.F"), []
 
