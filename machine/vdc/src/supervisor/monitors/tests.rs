@@ -347,11 +347,47 @@ fn a_speed_that_jumps_is_an_alarm() {
     }
 }
 
+/// Commanded rates wait for a wrist that does not follow: where a rod's force shows that it stands on
+/// something it is left to, else something errs.
+#[test]
+fn a_wrist_that_is_waited_for_stands_on_something() {
+    let is_far = |push: f64| {
+        let mut watched = Watched::new();
+        (0..2000).any(|k| {
+            let (mut now, mut input) = watched.healthy();
+            if k >= 1000 {
+                now.waits[1] = true;
+                now.tip_error[1] = 4e-5 * f64::from(k - 1000);
+                input.F[1] += push;
+            }
+            watched.steps += 1;
+            let Watched {
+                monitors,
+                nominal,
+                settings,
+                ..
+            } = &mut watched;
+            let at = Moment {
+                now: &now,
+                nominal,
+                settings,
+                input: &input,
+                h: H,
+            };
+            if k == 0 {
+                monitors.begin(&at);
+            }
+            monitors.following(&at)
+        })
+    };
+    assert!(is_far(0.0) && !is_far(-60e3));
+}
+
 /// Commanded rates wait for a joint that stands on something: an error of 0.2 m is no alarm then, a
 /// jump still is.
 #[test]
 fn a_reference_that_waits_is_followed() {
-    let waits = |_: f64, now: &mut Plausibility, _: &mut Input| now.waits = true;
+    let waits = |_: f64, now: &mut Plausibility, _: &mut Input| now.waits[0] = true;
     let far = |t: f64, now: &mut Plausibility, input: &mut Input| {
         waits(t, now, input);
         now.tip_error[1] = 0.2 * t.min(1.0);
