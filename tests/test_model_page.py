@@ -97,7 +97,7 @@ def test_a_run_follows_the_closed_form(page):
     v_1 = 0.8e-3 * CURRENT * -math.expm1(-60 / (0.8e-3 * 2.0e4))
     assert found["soc"][-1] == pytest.approx(soc, abs=1e-12)
     assert found["v"][-1] == pytest.approx(3.0 + 1.2 * soc - 1.5e-3 * CURRENT - v_1, abs=1e-10)
-    assert shown(page, "verdict") == "good"
+    assert shown(page, "verdict") == "no faults"
     assert "i=80" in page.execute_script("return location.hash")
 
 
@@ -167,6 +167,59 @@ def test_files_that_cannot_run_are_refused_with_the_reason(page):
 def test_an_fmu_as_it_is_packed_runs_where_it_is_dropped(page, battery):
     page.execute_script("document.getElementById('verdict').textContent = ''")
     drop(page, "Battery.fmu", battery[0].read_bytes())
-    until(page, lambda: shown(page, "verdict") == "good")
+    until(page, lambda: shown(page, "verdict") == "no faults")
     assert shown(page, "message") == ""
     assert shown(page, "title") == "Battery"
+
+
+def test_a_run_can_be_stopped(page):
+    page.execute_script("document.getElementById('stop').value = 1e7; document.getElementById('run').click()")
+    until(page, lambda: page.find_element(By.ID, "halt").is_enabled() and run(page, "return machine.time") > 0)
+    page.find_element(By.ID, "halt").click()
+    until(page, lambda: "Stopped at" in shown(page, "message"))
+    at = run(page, "return machine.time")
+    assert 0 < at < 1e7 and run(page, "return machine.time") == at
+    assert not page.find_element(By.ID, "halt").is_enabled()
+
+
+@pytest.mark.parametrize(
+    "until_, step, words",
+    [("0", "1", "must be after the start"), ("10", "0", "must be greater than 0 s"), ("1", "10", "is longer than the run"), ("10", "3", "no whole number of steps")],
+)
+def test_a_stop_time_and_a_step_that_do_not_fit_are_said(page, until_, step, words):
+    before = page.execute_script("const [stop, step] = ['stop', 'step'].map((id) => document.getElementById(id)); const was = [stop.value, step.value]; [stop.value, step.value] = arguments; return was", until_, step)
+    page.execute_script("document.getElementById('run').click()")
+    until(page, lambda: words in shown(page, "message"))
+    page.execute_script("[document.getElementById('stop').value, document.getElementById('step').value] = arguments[0]", before)
+
+
+def test_runs_are_named_by_what_differed(page):
+    page.find_element(By.ID, "clear").click()
+    for current in (10, 20):
+        put(page, "i", current)
+        run_to(page, 20)
+    legend = page.find_element(By.CSS_SELECTOR, ".scope h3").text
+    assert ": i = 20" in legend
+
+
+def test_rows_are_searched(page):
+    page.execute_script("const find = document.getElementById('search'); find.value = 'T_amb'; find.dispatchEvent(new Event('input'))")
+    shows = page.execute_script("return [...document.querySelectorAll('#inputs .row, #parameters .row')].filter((row) => !row.hidden).map((row) => row.innerText)")
+    assert len(shows) == 1 and "T_ambient" in shows[0]
+    page.execute_script("const find = document.getElementById('search'); find.value = ''; find.dispatchEvent(new Event('input'))")
+
+
+def test_the_address_holds_signals_and_the_stop_time(page, battery):
+    """What an input does over time is in it; a step that it asks for comes in the run that it opens."""
+    page.get("about:blank")
+    page.get(battery[1].as_uri() + '#Battery.i=0&@until=60&@step=1&@signals=[["Battery.i","step",80,30]]')
+    run(page, "await machine.ready")
+    until(page, lambda: shown(page, "clock") == "60 s" and shown(page, "verdict") == "no faults")
+    assert get_soc(page) == pytest.approx(0.9 - CURRENT * 30 / (3600.0 * 50.0), abs=2 * CURRENT / 3600 / 50)
+    page.get("about:blank")
+    page.get(battery[1].as_uri())
+    run(page, "await machine.ready")
+
+
+def get_soc(page):
+    return run(page, "return machine.get('Battery.soc')")

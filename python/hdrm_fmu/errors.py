@@ -1,6 +1,6 @@
 """The exceptions that the package raises."""
 
-from hdrm_fmu._native import RunFailed
+from hdrm_fmu._native import RunFailed, WrongThread
 
 
 class BadInput(ValueError):
@@ -11,4 +11,4 @@ class SweepStopped(RuntimeError):
     """A sweep cannot continue. Its results so far are kept in its folder, and the same call continues from them."""
 
 
-__all__ = ["BadInput", "RunFailed", "SweepStopped"]
+__all__ = ["BadInput", "RunFailed", "SweepStopped", "WrongThread"]

@@ -14,7 +14,7 @@ from hdrm_fmu.errors import BadInput, RunFailed
 from hdrm_fmu.files import DATA, MACHINE, parameters
 from hdrm_fmu.names import choice, whole
 from hdrm_fmu.paths import Waypoints
-from hdrm_fmu.run_options import RunOptions, complete
+from hdrm_fmu.run_options import RunOptions, complete, explicit
 from hdrm_fmu.system import Files, Inputs, System
 
 if TYPE_CHECKING:
@@ -83,6 +83,8 @@ def all_settings(system, values, seed, machine):
             file = Path(folder) / "machine.json"
             file.write_text(machine)
             files = [n for n in system.variables if n.endswith(".machine_file")]
+            if not files:
+                raise BadInput(f"a machine is for FMUs that read a machine file (`machine_file`): `{system.path}` has none")
             # The actuators are those of the machine's axes, in the order of the system.
             axes = [n for n in system.variables if n.endswith(".axis")]
             places = {name: place for place, name in enumerate(axes, 1)}
@@ -90,6 +92,7 @@ def all_settings(system, values, seed, machine):
             yield {**dict.fromkeys(files, str(file)), **places, **(dict(drawn.settings) if drawn else {}), **values}
 
 
+@explicit
 def run(
     *,
     system: System | Files | None = None,
@@ -110,7 +113,7 @@ def run(
     Parameters
     ----------
     system : what is run in the place of the manipulator: a packed system (`.ssp`), a structure (`.ssd`), an FMU or several, or a `System`, which
-        says itself how it is stepped. `world`, `seed` and `machine` are the manipulator's.
+        says itself how it is stepped. `world` and `seed` are the manipulator's; `machine` needs FMUs that read a machine file.
     inputs : values over time for inputs that no connection drives, as of `System.run`.
     trajectory : `cubic`, `triangular` or `external`.
     mode : control law, one of `MODES`.
@@ -130,7 +133,7 @@ def run(
     Returns
     -------
     xarray.Dataset of `System.run`: signals of the shape (time,), units and descriptions as attributes; `tip_rmse`, `tip_max` (m, over the
-    motion), further metrics and the verdict as attributes of the whole.
+    motion), further metrics and the verdict as attributes of the whole, and what the run is made again with: `world`, `seed`, `machine` (what is in it), `settings`, …
 
     Raises
     ------
@@ -140,7 +143,7 @@ def run(
     completed = complete(options, run)
     if system is not None:
         other_world = None if world == "ideal" else world
-        refuse("is for the manipulator; a `system` of one's own takes `settings`", world=other_world, seed=seed, machine=machine)
+        refuse("is for the manipulator; a `system` of one's own takes `settings`", world=other_world, seed=seed)
     if isinstance(system, System):
         refuse("must be given to the `System`", waypoints=waypoints, step=step, schedule=schedule)
     schedule = schedule or "gauss-seidel"
@@ -156,8 +159,9 @@ def run(
     for name in case.keys() & settings.keys():
         raise BadInput(f"`{name}` is given twice, once in settings")
     values, seed = case_settings({**case, **settings}, world)
+    about = {"world": None if system is not None else world, "seed": seed, "machine": text, "given": values}
     with all_settings(chosen, values, seed, text) as values:
-        return chosen.run(inputs=inputs, settings=values, progress=progress, **completed)
+        return chosen._run(inputs, progress, {**completed, "settings": values}, about)
 
 
 def refuse(why, **given):

@@ -70,14 +70,7 @@ class Store:
 
     def read(self):
         """All rows so far, by key."""
-        parts = [read_table(path) for path in self._files()]
-        if not parts:
-            return {}
-        frames = [part.set_index("key", drop=False) for part in parts]
-        return {row["key"]: row for frame in frames for row in frame.to_dict("records")}
-
-    def _files(self):
-        return [path for path in [self.folder / RESULTS, *self._parts()] if path.exists()]
+        return read_rows(self.folder)
 
     def _parts(self):
         return sorted(self.folder.glob("part-*.parquet"))
@@ -122,6 +115,13 @@ class Store:
         """Write the pending rows, and unlock the folder."""
         self.flush()
         self._lock.release()
+
+
+def read_rows(folder):
+    """All rows in a folder, by key."""
+    files = [path for path in [Path(folder) / RESULTS, *sorted(Path(folder).glob("part-*.parquet"))] if path.exists()]
+    frames = [read_table(path).set_index("key", drop=False) for path in files]
+    return {row["key"]: row for frame in frames for row in frame.to_dict("records")}
 
 
 def _whole(path, write):

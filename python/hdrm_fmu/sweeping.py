@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import importlib.metadata
 import os
 import queue
+import sys
 import time
 import warnings
 from typing import TYPE_CHECKING, Any
@@ -17,9 +19,9 @@ from hdrm_fmu.cases import rows
 from hdrm_fmu.errors import BadInput, RunFailed, SweepStopped
 from hdrm_fmu.files import identity
 from hdrm_fmu.paths import Waypoints, check_free, tip_path
-from hdrm_fmu.run_options import RunOptions, complete
+from hdrm_fmu.run_options import RunOptions, complete, explicit
 from hdrm_fmu.running import case_settings, read_machine, refuse, world_system
-from hdrm_fmu.store import Store, check_folder
+from hdrm_fmu.store import Store, check_folder, read_rows
 from hdrm_fmu.system import System, forget_systems
 from hdrm_fmu.tasks import Case, case_key, check_worker, run_case, start_case, system_key
 
@@ -37,6 +39,7 @@ PATIENCE = 120.0
 OWN = ("case", "key", "verdict", "findings", "error")
 
 
+@explicit
 def sweep(
     cases: pandas.DataFrame,
     *,
@@ -112,17 +115,18 @@ def sweep(
     manifest |= {name: None if text is None else hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()}
     keys = [case_key(spec, case) for case in planned]
     check_folder(out, manifest)
-    own = None
-    if client is None:
+    own, done = None, read_rows(out)
+    if client is None and not done.keys() >= set(keys):
         client = own = _local()
     try:
-        _check_workers(client, spec, shared)
+        if client is not None:
+            _check_workers(client, spec, shared)
         store = Store(out, manifest)
         try:
             done = store.read()
             missing = {key: plan for key, plan in zip(keys, planned) if key not in done}
             with _Bar(len(set(keys)), len(set(keys)) - len(missing), progress) as bar:
-                for key, result, series in _results(client, spec, missing):
+                for key, result, series in _results(client, spec, missing) if missing else ():
                     store.add({"key": key, **result}, series)
                     bar.update()
                     if store.pending >= FLUSH_ROWS or time.monotonic() - bar.flushed > FLUSH_SECONDS:
@@ -200,9 +204,24 @@ def _check_client(client):
         raise BadInput(f"client = {client!r} must be a distributed.Client")
 
 
+def _check_guard():
+    """Refuse a script whose processes would call this sweep again, since each imports the script."""
+    frame, main = sys._getframe(), sys.modules["__main__"]
+    while frame is not None and not (frame.f_code.co_name == "<module>" and frame.f_globals is vars(main)):
+        frame = frame.f_back
+    file = getattr(main, "__file__", None)
+    if frame is None or file is None or not os.path.isfile(file):
+        return
+    with open(file, "rb") as source:
+        called = [part for part in ast.parse(source.read()).body if part.lineno <= frame.f_lineno <= (part.end_lineno or 0)]
+    if not any(isinstance(part, ast.If) and "__name__" in ast.unparse(part.test) for part in called):
+        raise BadInput(f"{file}, line {frame.f_lineno}: a sweep starts processes that import this script: write `if __name__ == \"__main__\":` before the call, or give a client")
+
+
 def _local():
     from distributed import Client, LocalCluster
 
+    _check_guard()
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
     cluster = LocalCluster(n_workers=cores, threads_per_worker=1, processes=True, dashboard_address=None)
     return Client(cluster)

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import contextmanager
 from functools import cached_property, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Union, overload
+from typing import TYPE_CHECKING, Union
 
 import numpy as np
 import pandas
@@ -17,10 +17,11 @@ import xarray
 
 from hdrm_fmu import _native
 from hdrm_fmu.errors import BadInput, RunFailed
-from hdrm_fmu.files import DATA, digest
+from hdrm_fmu.files import DATA, digest, identity
 from hdrm_fmu.names import TRUTHS, Names, Variable, by_name, choice, positive, whole
 from hdrm_fmu.paths import FILE, TRAJECTORY, Waypoints, check_free, tip_path
-from hdrm_fmu.run_options import RunOptions, complete
+from hdrm_fmu.run_options import RunOptions, complete, explicit
+from hdrm_fmu.stepping import Stepped, shape
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -56,7 +57,7 @@ def forget_systems():
     _loaded.cache_clear()
 
 
-class System:
+class System(Stepped):
     """Any system of FMUs: a packed `.ssp`, an `.ssd`, whose FMUs lie where it says or come with this package, or FMUs without a structure.
 
     Parameters
@@ -98,6 +99,7 @@ class System:
     ...     s.set("controller.reference.position", [4.0, 1.5, 0.0])
     ...     s.step(1000)
     ...     s.get("controller.tip_error_norm")
+    ...     s.result().attrs["verdict"]
     """
 
     def __init__(
@@ -296,6 +298,7 @@ class System:
         with sized._on_path(sized._conditions(settings, stop_time)) as conditions:
             return sized._native.key(conditions)
 
+    @explicit
     def check(self, **options: Unpack[RunOptions]) -> list[str]:
         """Check the keywords of `run` without running; return the names of the signals."""
         completed = complete(options, self.check)
@@ -320,6 +323,7 @@ class System:
                 raise BadInput(f"interval = {interval} s must be a multiple of the communication step, {step} s")
         return self.signals(options["signals"])
 
+    @explicit
     def run(self, *, inputs: Inputs | None = None, progress: bool = False, **options: Unpack[RunOptions]) -> xarray.Dataset:
         """Run to the stop time, else to the end of the motion, else to that of the system's default experiment.
 
@@ -339,7 +343,8 @@ class System:
 
         Returns
         -------
-        xarray.Dataset with one variable of the shape (time,) for each signal; `time` in s. Its attributes hold the verdict (`good` or `BAD`),
+        xarray.Dataset with one variable of the shape (time,) for each signal; `time` in s; the name of an array or matrix gives all that is
+        recorded of it, of the shape (time, …). Its attributes hold the verdict (`good` or `BAD`),
         what was found, and the metrics in SI units.
 
         Raises
@@ -347,25 +352,29 @@ class System:
         BadInput : before the run, where a name, a value or a file makes no sense.
         RunFailed : the run could not be completed; its `result` is this Dataset with the rows until then, `time` that of the last, s.
         """
-        completed = complete(options, self.run)
+        return self._run(inputs, progress, complete(options, self.run), {})
+
+    def _run(self, inputs, progress, completed, about):
+        """`run`; `about` says of a run of the manipulator what it was given."""
         sized = self._sized(completed["settings"])
         if sized is not self:
-            return sized.run(inputs=inputs, progress=progress, **options)
+            return sized._run(inputs, progress, completed, about)
         completed |= {"signals": self._check(completed), "metrics": list(completed["metrics"])}
         conditions = {**self._conditions(completed["settings"], completed["stop_time"]), "inputs": _columns(inputs, self._names)}
         self._check_altered(conditions)
         bar = _Bar() if progress else None
         try:
             with self._on_path(conditions) as on_path:
+                about = {**about, "hash": self._native.key(on_path)}
                 done = self._native.run(on_path, completed, bar)
         except RunFailed as error:
             if error.result is not None:
-                error.result = self._dataset(error.result, conditions)
+                error.result = self._dataset(error.result, conditions, about)
             raise
         finally:
             if bar:
                 bar.close()
-        return self._dataset(done, conditions)
+        return self._dataset(done, conditions, about)
 
     def _check_altered(self, conditions):
         """Check inputs over time, faults, scenario and names of variables before the run."""
@@ -375,22 +384,27 @@ class System:
             except RunFailed as error:
                 raise BadInput(str(error)) from None
 
-    def _dataset(self, done, conditions):
+    def _dataset(self, done, conditions, about):
+        given = about.get("given")
+        given = conditions["settings"] if given is None else self._names.settings({**self.settings, **given}, allows=bool(self.allow_nonfinite))
         variables = {}
         for name, column in done["columns"].items():
             v = self._names.all[name]
             attributes = {"units": v.unit or "1", "long_name": v.description}
             variables[name] = ("time", np.frombuffer(column), attributes)
         time = ("time", np.frombuffer(done["time"]), {"units": "s", "long_name": "time"})
-        data = xarray.Dataset(variables, coords={"time": time})
+        data = Result(variables, coords={"time": time})
         found = [("! " if is_bad else "- ") + text for is_bad, text in done["findings"]]
         data.attrs = {
             "verdict": "BAD" if done["is_bad"] else "good",
             "findings": "\n".join(found),
             **done["metrics"],
             "system": self.path.name,
-            "settings": json.dumps(dict(conditions["settings"])),
+            **{name: about[name] for name in ("world", "seed", "machine", "hash") if about.get(name) is not None},
+            "version": identity(),
+            "settings": json.dumps(dict(given)),
             "waypoints": "" if self._tip_path is None else self._tip_path.name,
+            **({"path": self._tip_path.text} if self._tip_path is not None and self._tip_path.text is not None else {}),
             "schedule": self.schedule,
             "step": float(self._step_until(conditions["stop_time"])),
             "simulated": done["simulated"],
@@ -398,55 +412,21 @@ class System:
         }
         return data
 
-    def __enter__(self) -> System:
-        if self._session is not None:
-            raise RuntimeError("this system is being stepped already")
-        with self._on_path(self._conditions()) as conditions:
-            self._session = self._native.start(conditions)
-        return self
 
-    def __exit__(self, *_: object) -> None:
-        self._session = None
+class Result(xarray.Dataset):
+    """A Dataset with a variable for each signal; the name of an array or matrix gives all of its elements, of the shape (time, …)."""
 
-    def _running(self):
-        if self._session is None:
-            raise RuntimeError("a system is stepped inside of `with System(…) as s:`")
-        return self._session
+    __slots__ = ()
 
-    @property
-    def time(self) -> float:
-        """Present time of the run that is stepped, s."""
-        return self._running().time()
-
-    def step(self, count: int = 1) -> float:
-        """Make `count` communication steps; the time then, s."""
-        return self._running().step(whole("count", count, 1))
-
-    @overload
-    def get(self, name: str) -> float | np.ndarray: ...
-    @overload
-    def get(self, name: list[str]) -> dict[str, float | np.ndarray]: ...
-    def get(self, name):
-        """Present value of a variable: a float, or an array of the shape (elements,); of a list of names a dictionary."""
-        if not isinstance(name, str):
-            return {n: self.get(n) for n in name}
-        variables = self._names.many(name)
-        values = self._running().get([v.name for v in variables])
-        return values[0] if len(variables) == 1 else np.array(values)
-
-    def set(self, name: str | Mapping[str, object], value: object = None) -> None:
-        """Set an input that no connection drives, or a tunable parameter, from the present time on; arrays whole or by element; several as
-        a dictionary."""
-        values = self._names.settings({name: value} if isinstance(name, str) else by_name(name), "input", bool(self.allow_nonfinite))
-        for full in values:
-            v = self._names.all[full]
-            if v.driver:
-                raise BadInput(f"`{full}` cannot be set: `{v.driver}` drives it; leave the connection out by disconnect=[\"{full}\"]")
-            if v.causality == "structuralparameter":
-                raise BadInput(f"`{full}` cannot be set during a run: sizes of arrays depend on it; give it in settings")
-            if v.causality != "input" and v.variability != "tunable":
-                raise BadInput(f"`{full}` cannot be set during a run: it is {v.variability}; give it in settings")
-        self._running().set(list(values.items()))
+    def __getitem__(self, key):
+        if isinstance(key, str) and key not in self.variables:
+            elements = [n for n in self.data_vars if str(n).rpartition("[")[0] == key]
+            if elements:
+                of = shape(key, elements)
+                values = np.stack([self.variables[n].to_numpy() for n in elements], axis=-1)
+                dims = [f"{key}_{k}" for k in range(1, 1 + len(of))]
+                return xarray.DataArray(values.reshape(-1, *of), {"time": self["time"]}, ["time", *dims], key, self.variables[elements[0]].attrs)
+        return super().__getitem__(key)
 
 
 def _columns(inputs, names):

@@ -60,7 +60,7 @@ def start_case(spec, case):
     """Start a case and end it at once, so that the controller checks its path."""
     system = _system(spec, case.path)
     with all_settings(system, case.values, case.seed, spec["machine"]) as system.settings, system:
-        pass
+        system._is_judged = True
 
 
 def run_case(expected, spec, case, key):

@@ -12,6 +12,13 @@ pyo3::create_exception!(
      Of a failed run, `result` is what `run` would have returned with the rows until then, and `time` the time of the last row, s."
 );
 
+pyo3::create_exception!(
+    hdrm_fmu,
+    WrongThread,
+    pyo3::exceptions::PyRuntimeError,
+    "A system that is stepped was used by another thread than the one that started it, or by a process that was forked meanwhile."
+);
+
 /// The Python exception for an error; an exception that came from Python stays the same.
 pub(crate) fn to_exception(error: impl Into<Error>) -> PyErr {
     match error.into().downcast::<PyErr>() {

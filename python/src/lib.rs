@@ -33,6 +33,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     failed.setattr("result", None::<f64>)?;
     failed.setattr("time", None::<f64>)?;
     module.add("RunFailed", failed)?;
+    module.add("WrongThread", module.py().get_type::<errors::WrongThread>())?;
     module.add("MODES", experiments::setup::start_values::MODES.to_vec())?;
     module.add("REAL_SYSTEM", experiments::worlds::SYSTEM)?;
     module.add("REAL_PARAMETERS", experiments::worlds::PARAMETERS)?;
@@ -44,6 +45,9 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<system::System>()?;
     module.add_class::<system::DrawnMachine>()?;
     module.add_class::<session::Session>()?;
+    module.add_class::<session::Port>()?;
+    module.add_class::<session::SavedState>()?;
+    module.add_function(wrap_pyfunction!(session::was_forked, module)?)?;
     module.add_function(wrap_pyfunction!(reuse_instances, module)?)?;
     module.add_function(wrap_pyfunction!(kept_instances, module)?)?;
     module.add("BUILT_IN_PATHS", tip_path::BUILT_IN.to_vec())?;

@@ -36,12 +36,13 @@ pub struct Request {
 
 /// The results of a run, or of one that failed up to there.
 pub struct RunResult {
-    recording: Recording,
-    ports: Vec<Port>,
-    metrics: Metrics,
-    verdict: Verdict,
-    simulated: f64,
-    elapsed: f64,
+    pub recording: Recording,
+    pub ports: Vec<Port>,
+    pub metrics: Metrics,
+    pub verdict: Verdict,
+    /// Simulated time and computing time, s.
+    pub simulated: f64,
+    pub elapsed: f64,
 }
 
 /// Records a run, and ends it on Ctrl-C or another signal whose handler raises an exception.
@@ -207,7 +208,7 @@ impl RunResult {
 }
 
 /// The bytes of numbers, which NumPy reads without a copy.
-fn bytes_of_numbers<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Bound<'py, PyByteArray>> {
+pub fn bytes_of_numbers<'py>(py: Python<'py>, values: &[f64]) -> PyResult<Bound<'py, PyByteArray>> {
     PyByteArray::new_with(py, 8 * values.len(), |bytes| {
         for (to, value) in bytes.chunks_exact_mut(8).zip(values) {
             to.copy_from_slice(&value.to_ne_bytes());

@@ -391,10 +391,18 @@ impl System {
         }
     }
 
-    /// Starts a run that the caller steps.
+    /// Starts a run that the caller steps, in this thread.
     fn start(&self, py: Python<'_>, conditions: Conditions) -> PyResult<Session> {
-        let (experiment, _) = self.experiment(conditions, true).map_err(to_exception)?;
-        Session::start(py, self.system.clone(), experiment)
+        let experiment = self.experiment(conditions, true).map_err(to_exception)?;
+        let (system, is_machine) = (self.system.clone(), self.is_machine());
+        let start = || Session::start(system, experiment, is_machine);
+        py.detach(start).map_err(to_exception)
+    }
+
+    /// Starts a run of this system anew.
+    fn restart(&self, session: &Session, conditions: Conditions) -> PyResult<()> {
+        let experiment = self.experiment(conditions, true).map_err(to_exception)?;
+        session.restart(experiment, self.is_machine())
     }
 }
 

@@ -12,7 +12,7 @@ import pytest
 
 import hdrm_fmu
 from conftest import program
-from hdrm_fmu import BadInput, RunFailed, System, plots, studies
+from hdrm_fmu import BadInput, RunFailed, System, plots, studies, systems
 
 SHORT = {"stop_time": 0.3, "settings": {"settle_time": 0.1, "hdrm.inertia_scale": 1.2}}
 
@@ -204,7 +204,7 @@ def test_what_is_public_is_typed_and_documented():
     for function in functions:
         signature = inspect.signature(function)
         assert inspect.getdoc(function), function
-        if function is not System.get:  # has a type for each kind of name
+        if function not in (System.get, System.port):  # have types for each kind of name
             untyped = [p.name for p in signature.parameters.values() if p.name != "self" and p.annotation is p.empty]
             assert not untyped and signature.return_annotation is not signature.empty, function
 
@@ -253,3 +253,32 @@ def test_the_demo_needs_no_rust(tmp_path):
     assert "verdict good" in done.stdout
     for name in ("tip.png", "energy.png"):
         assert (tmp_path / name).read_bytes()[:4] == b"\x89PNG" and (tmp_path / name).stat().st_size > 20_000
+
+
+def test_attributes_make_the_run_again():
+    """A run with a machine of one's own, drawn by seed, from its attributes alone, bit for bit; none is a file that is gone."""
+    machine = {"extends": "reference", "emla": {"N_gear": 7.5}}
+    options = {"stop_time": 0.05, "signals": ["hdrm.x", "controller.tip_error"]}
+    first = hdrm_fmu.run(world="real", seed=4, machine=machine, mode="adaptive_integral", settings={"settle_time": 0.01}, **options)
+    about = first.attrs
+    assert "/tmp" not in json.dumps(about) and len(about["hash"]) >= 32 and about["version"].startswith(hdrm_fmu.__version__)
+    again = hdrm_fmu.run(world=about["world"], seed=about["seed"], machine=json.loads(about["machine"]), settings=json.loads(about["settings"]), **options)
+    assert again.equals(first) and again.attrs["hash"] == about["hash"]
+    other = hdrm_fmu.run(world="real", seed=5, machine=machine, mode="adaptive_integral", settings={"settle_time": 0.01}, **options)
+    assert other.attrs["hash"] != about["hash"]
+
+
+def test_a_machine_for_a_system_of_ones_own():
+    options = {"stop_time": 0.05, "signals": ["hdrm.x"], "settings": {"settle_time": 0.0}}
+    system = System(systems()["Manipulator"], step=1e-3)
+    usual, sized = (hdrm_fmu.run(system=system, machine=machine, **options) for machine in (None, "sized"))
+    assert not sized.equals(usual)
+    assert sized.equals(hdrm_fmu.run(machine="sized", **options))
+    with pytest.raises(BadInput, match="read a machine file"):
+        hdrm_fmu.run(system=hdrm_fmu.fmus()["DcLink"], machine="sized", stop_time=0.01)
+
+
+def test_help_names_every_keyword():
+    for function in (hdrm_fmu.run, hdrm_fmu.sweep, System.run, System.check):
+        shown = inspect.signature(function)
+        assert {"settings", "signals", "interval", "stop_time", "max_error", "metrics"} <= shown.parameters.keys() and "options" not in shown.parameters

@@ -4,6 +4,8 @@ import json
 import os
 import random
 import shutil
+import subprocess
+import sys
 import threading
 import time
 import zipfile
@@ -322,3 +324,36 @@ def test_a_worker_without_the_package_is_refused(cluster, tmp_path):
 def test_what_is_not_of_the_case_is_raised():
     with pytest.raises(RuntimeError, match="a worker has hdrm_fmu"):
         run_case("0.0.1-0", {}, None, "")
+
+
+def test_a_finished_sweep_starts_no_cluster(tmp_path, monkeypatch):
+    with monkeypatch.context() as m:
+        m.setattr(sweeping, "_local", lambda: pytest.fail("a cluster is started"))
+        with pytest.raises(pytest.fail.Exception, match="cluster"):
+            sweep(CASES.iloc[[0]], out=tmp_path / "a", **QUICK)
+    table = sweep(CASES.iloc[[0]], out=tmp_path / "a", **QUICK)
+    monkeypatch.setattr(sweeping, "_local", lambda: pytest.fail("a cluster is started"))
+    pandas.testing.assert_frame_equal(sweep(CASES.iloc[[0]], out=tmp_path / "a", **QUICK), table)
+
+
+UNGUARDED = """
+import sys
+import hdrm_fmu
+
+def main():
+    hdrm_fmu.sweep(hdrm_fmu.grid(mode=["pd"]), out=sys.argv[1], stop_time=0.02, progress=False)
+
+{call}
+"""
+
+
+@pytest.mark.parametrize(("call", "is_guarded"), [("main()", False), ('if __name__ == "__main__":\n    main()', True)])
+def test_a_missing_guard_is_one_sentence(tmp_path, call, is_guarded):
+    script = tmp_path / "script.py"
+    script.write_text(UNGUARDED.format(call=call))
+    done = subprocess.run([sys.executable, script, tmp_path / "out"], capture_output=True, text=True, timeout=120)
+    assert (done.returncode == 0) == is_guarded, done.stderr
+    assert (tmp_path / "out").exists() == is_guarded
+    if not is_guarded:
+        assert "line 8: a sweep starts processes that import this script" in done.stderr.splitlines()[-1]
+        assert done.stderr.count("Traceback") == 1

@@ -354,7 +354,6 @@ def test_what_belongs_to_another_system_is_refused(tmp_path):
     for options, reason in (
         ({"seed": 1}, "seed = 1 is for the manipulator"),
         ({"world": "real"}, "world = 'real' is for the manipulator"),
-        ({"machine": "sized"}, "machine = 'sized' is for the manipulator"),
         ({"trajectory": "cubic"}, "there is no parameter `trajectory`"),
         ({"max_error": 1e-3}, "max_error = 0.001 is about the tip of the manipulator"),
     ):

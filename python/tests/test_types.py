@@ -4,6 +4,9 @@ import subprocess
 import sys
 
 SCRIPT = """
+from typing import Any
+
+import numpy as np
 import pandas
 import xarray
 from typing_extensions import assert_type
@@ -17,6 +20,11 @@ assert_type(table, pandas.DataFrame)
 hdrm_fmu.run(stop_tim=0.1)  # type: ignore[call-arg]
 hdrm_fmu.run(stop_time="long")  # type: ignore[arg-type]
 hdrm_fmu.System("x.ssp").run(interval=[0.1])  # type: ignore[arg-type]
+with hdrm_fmu.System("x.ssp") as s:
+    assert_type(s.get("a", float), float)
+    assert_type(s.port("a", np.ndarray).get(), np.ndarray)
+    assert_type(s.get(["a", "b"]), dict[str, Any])
+    s.get("a", str)  # type: ignore[type-var]
 """
 
 

@@ -26,7 +26,7 @@ const AXES = [1, 2, 3];
 /*
  * Rows: where (`sheet`), what it is called, unit shown, `factor` from the unit shown to that of the variables, range, what it is at the start
  * (`start`, in the unit shown; left out: what the variable is), and the variables that get the value. Each is left out where the system has no
- * such variable. `list`: names to choose from; `flag`: a switch.
+ * such variable. `list`: names to choose from; `flag`: a switch; `inverse`: the variable is `factor` over what is shown; `hint`: what it does.
  */
 export const CONTROLS = [
   { sheet: "load", label: "Payload", unit: "kg", range: [0, 600, 10], names: ["hdrm.payload.mass"] },
@@ -34,16 +34,17 @@ export const CONTROLS = [
   { sheet: "load", label: "All bodies heavier than planned", unit: "%", factor: 0.01, offset: 1, range: [-40, 40, 5], names: ["hdrm.inertia_scale"] },
   { sheet: "load", label: "Base rolls to the side", unit: "°", factor: DEGREE, range: [-10, 10, 0.5], names: ["hdrm.base.tilt[1]"] },
   { sheet: "load", label: "Base tips forward or back", unit: "°", factor: DEGREE, range: [-10, 10, 0.5], names: ["hdrm.base.tilt[2]"] },
-  { sheet: "law", label: "Law", list: LAWS, names: ["controller.mode"] },
-  { sheet: "law", label: "Stiffness of position", unit: "1/s", range: [1, 40, 0.5], names: ["controller.Lambda_position"] },
-  { sheet: "law", label: "Stiffness of orientation", unit: "1/s", range: [1, 40, 0.5], names: ["controller.Lambda_orientation"] },
-  { sheet: "law", label: "Damping of the bodies", unit: "1/s", range: [2, 80, 1], names: ["controller.kappa_KA"] },
-  { sheet: "law", label: "Slowness of learning", unit: "J", range: [5, 500, 5], names: ["controller.gamma"] },
-  { sheet: "law", label: "Integral at the tip", unit: "1/s", range: [0, 20, 0.5], names: ["controller.omega_tip"] },
-  { sheet: "law", label: "Feedback of speed at the motors", unit: "V·s/m", range: [100, 2000, 20], names: ["controller.K_v"] },
+  { sheet: "law", label: "Controller", list: LAWS, names: ["controller.mode"] },
+  { sheet: "law", label: "Supervisor", flag: true, names: ["controller.supervisor"], hint: "Watches sensors, drives and rods, and stops the machine when something fails. The emergency stop needs it" },
+  { sheet: "law", label: "Stiffness of position", unit: "1/s", range: [1, 40, 0.5], names: ["controller.Lambda_position"], hint: "How fast the tip goes back to its place: higher is stiffer, too high swings" },
+  { sheet: "law", label: "Stiffness of orientation", unit: "1/s", range: [1, 40, 0.5], names: ["controller.Lambda_orientation"], hint: "The same for how the tip is turned" },
+  { sheet: "law", label: "Damping of the bodies", unit: "1/s", range: [2, 80, 1], names: ["controller.kappa_KA"], hint: "How strongly each body is held to the speed that is wanted of it" },
+  { sheet: "law", label: "Adaptation speed", unit: "1/kJ", factor: 1000, inverse: true, range: [2, 200, 1], names: ["controller.gamma"], hint: "How fast the controller learns the masses; 1000 over its gain gamma" },
+  { sheet: "law", label: "Integral at the tip", unit: "1/s", range: [0, 20, 0.5], names: ["controller.omega_tip"], hint: "How fast a lasting error of the tip is taken away, by the controllers with integral" },
+  { sheet: "law", label: "Feedback of speed at the motors", unit: "V·s/m", range: [100, 2000, 20], names: ["controller.K_v"], hint: "How strongly the motors are held to their speed" },
   { sheet: "world", label: "Stiffness of mounting and pins", unit: "N/µm", factor: 1e6, range: [10, 150, 5], names: AXES.map((k) => `emla_${k}.compliance.mount`) },
   { sheet: "world", label: "Play between nut and rod", unit: "µm", factor: 1e-6, range: [0, 200, 10], names: AXES.map((k) => `emla_${k}.backlash.width`) },
-  { sheet: "world", label: "Late readings", unit: "steps", range: [0, 4, 1], names: ["sensors.delay"] },
+  { sheet: "world", label: "Sensor delay", unit: "steps", range: [0, 4, 1], names: ["sensors.delay"] },
   { sheet: "world", label: "Joint encoders count", flag: true, names: ["sensors.joint_encoder"] },
   { sheet: "world", label: "Currents are measured with errors", flag: true, names: ["sensors.current"] },
   { sheet: "world", label: "Seed of the sensors' errors", unit: "", range: [0, 20, 1], names: ["sensors.seed"] },
@@ -74,10 +75,11 @@ export class Panel {
   }
 
   row(control) {
-    const { label, unit, range = [], list, flag, atOnce } = control;
+    const { label, unit, range = [], list, flag, atOnce, hint, names } = control;
     control.row = html`<label class="row"><span>${label}</span></label>`;
     const [name] = control.row.children;
-    if (!atOnce) Object.assign(name, { className: "restarts", title: "The machine starts again with another value" });
+    name.title = [hint, atOnce ? "" : "The machine starts again with another value"].filter(Boolean).join(". ");
+    if (!atOnce) name.className = "restarts";
     const [min, max, step] = range;
     control.field = list ? html`<select></select>` : flag ? html`<input type="checkbox">` : html`<input type="range" min="${min}" max="${max}" step="${step}">`;
     Object.entries(list ?? {}).forEach(([value, text]) => control.field.add(new Option(text, value)));
@@ -85,6 +87,16 @@ export class Panel {
     control.say = () => (text.textContent = `${control.field.value.replace("-", "−")} ${unit}`);
     if (unit !== undefined) control.row.append(text);
     control.row.append(control.field);
+    if (hint && !flag) {
+      const back = html`<button class="back" title="Back to its usual value" aria-label="${label}: back to its usual value">↺</button>`;
+      back.addEventListener("click", (event) => {
+        // The label would give the click to the slider.
+        event.preventDefault();
+        this.put(control, this.shown(control, Number(this.variables.get(names[0]).start)));
+        this.tell(control);
+      });
+      control.row.append(back);
+    }
     if (control.start !== undefined) this.put(control, control.start);
     control.field.addEventListener("input", control.say);
     // What takes effect at once follows the slider; a restart waits until it is let go.
@@ -106,20 +118,25 @@ export class Panel {
   }
 
   tell(control) {
-    const { factor = 1, offset = 0, list, flag, names = [] } = control;
+    const { factor = 1, offset = 0, list, flag, inverse, names = [] } = control;
     const value = this.value(control);
-    const inside = list || flag ? value : Number((value * factor + offset).toPrecision(12));
+    const inside = list || flag ? value : Number((inverse ? factor / value : value * factor + offset).toPrecision(12));
     this.changed(control, Object.fromEntries(names.map((name) => [name, inside])));
+  }
+
+  /* A variable's number as it is shown. */
+  shown({ factor = 1, offset = 0, inverse }, inside) {
+    return Number((inverse ? factor / inside : (inside - offset) / factor).toPrecision(9));
   }
 
   /* Shows what the variables are; `read(name)` gives a value. */
   async follow(read) {
     for (const control of this.controls) {
       if (control.own) continue;
-      const { factor = 1, offset = 0, list, flag, names } = control;
+      const { list, flag, names } = control;
       const inside = await read(names[0]);
       if (list) this.put(control, this.variables.get(names[0]).items.find((item) => item.value === inside)?.name);
-      else this.put(control, flag ? inside : Number(((inside - offset) / factor).toPrecision(9)));
+      else this.put(control, flag ? inside : this.shown(control, inside));
     }
   }
 }

@@ -13,7 +13,7 @@ const LATE = 0.05;
 /* Structure of the package for each world, and what an operator calls it. */
 export const WORLDS = {
   ideal: { structure: "SystemStructure.ssd", text: "ideal: as the controller plans" },
-  real: { structure: "Real.ssd", text: "as built: drives, mounting, sensors" },
+  real: { structure: "Real.ssd", text: "as built: with play, friction, sensor errors" },
   electric: { structure: "Electric.ssd", text: "fed by a battery" },
 };
 
@@ -40,31 +40,33 @@ export class Ensemble {
     return Promise.all(this.all.map(act));
   }
 
-  /* All from the start. What the main engine refuses, changes nothing. */
-  async restart(settings) {
-    await this.tending;
-    await this.main.restart(forEngine(settings));
-    await Promise.all([...this.ghosts].map(([law, ghost]) => ghost.restart(forEngine({ ...settings, "controller.mode": law }))));
-    this.saved = [];
-    await this.keep();
-  }
-
-  /* The ghosts are those of the laws; all start again together. */
-  async beside(laws, settings) {
-    await this.tending;
-    for (const [law, ghost] of this.ghosts) {
-      if (laws.includes(law)) continue;
-      ghost.close();
-      this.ghosts.delete(law);
+  /* All from the start, with ghosts under these laws, and with changes to come. What the main engine refuses, changes nothing. */
+  async restart(settings, laws, changes = []) {
+    this.still = true;
+    try {
+      await this.tending;
+      await this.main.restart(forEngine(settings));
+      const before = this.ghosts;
+      this.ghosts = new Map();
+      for (const [law, ghost] of before) if (!laws.includes(law)) ghost.close();
+      const own = (law) => ({ ...settings, "controller.mode": law });
+      for (const law of laws) {
+        const ghost = before.get(law) ?? (await Engine.open(this.parts));
+        await ghost.restart(forEngine(own(law)));
+        this.ghosts.set(law, ghost);
+      }
+      await this.main.plan(changes);
+      const shared = changes.filter(({ name }) => name !== "controller.mode");
+      await Promise.all([...this.ghosts.values()].map((ghost) => ghost.plan(shared)));
+      this.saved = [];
+      await this.keep();
+    } finally {
+      this.still = false;
     }
-    for (const law of laws) {
-      if (!this.ghosts.has(law)) this.ghosts.set(law, await Engine.open(this.parts));
-    }
-    await this.restart(settings);
   }
 
   play(speed) {
-    this.each((engine) => engine.play(speed));
+    return this.each((engine) => engine.play(speed));
   }
 
   pause() {
@@ -77,11 +79,12 @@ export class Ensemble {
     await this.tend();
   }
 
-  /* A ghost keeps its law. */
+  /* A ghost keeps its law. The time at which the machine got the value. */
   async set(name, value) {
     await this.main.set(name, value);
-    if (name === "controller.mode") return;
-    await Promise.all([...this.ghosts.values()].map((ghost) => ghost.set(name, value)));
+    const { time } = this.main;
+    if (name !== "controller.mode") await Promise.all([...this.ghosts.values()].map((ghost) => ghost.set(name, value)));
+    return time;
   }
 
   /* A state of all, as { time, ids }. */
@@ -105,9 +108,11 @@ export class Ensemble {
     while (this.saved.length > SAVES) this.drop(this.saved.shift());
   }
 
-  /* While all run: a state is kept each second, and who is late on a busy machine makes up for it. Called for each frame. */
+  /* While all run: a state is kept each second, and who is late on a busy machine makes up for it. Called for each frame; a run that has
+   * ended says so in its frame, and is not tended. */
   tend() {
-    return (this.tending ??= this.look().finally(() => (this.tending = null)));
+    if (this.still) return undefined;
+    return (this.tending ??= this.look().catch(() => {}).finally(() => (this.tending = null)));
   }
 
   async look() {
@@ -119,6 +124,7 @@ export class Ensemble {
 
   /* To the state of ten seconds ago, or the oldest one kept since; the time that it is of. */
   async undo(seconds = 10) {
+    await this.tending;
     const goal = this.time - seconds;
     const near = this.saved.reduce((best, state) => (Math.abs(state.time - goal) < Math.abs(best.time - goal) ? state : best));
     while (this.saved.at(-1) !== near) this.drop(this.saved.pop());

@@ -75,8 +75,12 @@ export class LiveScene {
     // A cone one metre long, whose point is the tip: scaled it shows the push.
     this.arrow = this.mark(new THREE.CylinderGeometry(0.05, 0.005, 1, 16).translate(0, 0.5, 0), "#ff3b30");
     this.arrow.visible = false;
+    // Where tip and ghosts' tips are, as far from the reference as the drawn error says.
+    this.error = this.mark(new THREE.SphereGeometry(0.03, 16, 12), TIP_COLOR);
+    this.errors = [];
     this.waypoints = new THREE.Group();
     drawing.base.add(this.waypoints);
+    this.person();
     this.theme();
     this.pointer();
     this.sight = "wide";
@@ -92,6 +96,32 @@ export class LiveScene {
     const made = new THREE.Mesh(geometry, this.drawing.surface({ color, emissive: color, emissiveIntensity: 0.35, transparent: true, opacity: 0.9 }));
     this.drawing.base.add(made);
     return made;
+  }
+
+  /* Somebody 1.8 m tall, for scale, outside the machine's reach to the front. */
+  person() {
+    const part = (geometry, y) => geometry.translate(0, y, 0);
+    const parts = [part(new THREE.CylinderGeometry(0.21, 0.15, 0.72, 16), 1.14), part(new THREE.SphereGeometry(0.12, 16, 12), 1.68),
+      ...[-0.1, 0.1].map((z) => part(new THREE.CylinderGeometry(0.08, 0.07, 0.8, 12).translate(0, 0, z), 0.4))];
+    const person = new THREE.Mesh(MachineDrawing.merged(parts), this.drawing.surface({ color: "#6d7f8f" }));
+    person.position.set(-0.9, 0, -0.4);
+    person.castShadow = true;
+    this.drawing.scene.add(person);
+  }
+
+  /* The lowest of the bodies that move, and of what hangs at the tip: its height over the floor, m, and what it is called. */
+  lowest() {
+    const { bodies, groups } = this.drawing;
+    const heights = bodies.map(({ name, title }, k) => {
+      if (["T1", "C2", "D2"].includes(name)) return { height: Infinity, title };
+      groups[k].geometry.boundingBox ?? groups[k].geometry.computeBoundingBox();
+      const { min, max } = groups[k].geometry.boundingBox;
+      const up = new THREE.Vector3(0, 1, 0).applyQuaternion(groups[k].quaternion.clone().invert());
+      const low = ["x", "y", "z"].reduce((sum, axis) => sum + Math.min(up[axis] * min[axis], up[axis] * max[axis]), 0);
+      return { height: groups[k].position.y + low, title };
+    });
+    if (this.load.visible) heights.push({ height: this.load.position.y - this.load.scale.y, title: "load" });
+    return heights.reduce((a, b) => (b.height < a.height ? b : a));
   }
 
   theme() {
@@ -114,6 +144,8 @@ export class LiveScene {
     this.ghosts.flat().forEach((group) => this.drawing.base.remove(group));
     this.ghosts = colors.map((color) => this.drawing.machine(() => ({ color, transparent: true, opacity: 0.3, depthWrite: false, polygonOffset: true, polygonOffsetFactor: 4 })));
     this.ghosts.flat().forEach((mesh) => (mesh.castShadow = mesh.receiveShadow = false));
+    this.errors.forEach((mark) => this.drawing.base.remove(mark));
+    this.errors = colors.map((color) => this.mark(new THREE.SphereGeometry(0.03, 16, 12), color));
     this.dirty = true;
   }
 
@@ -133,19 +165,23 @@ export class LiveScene {
     // How far tip and rods are drawn from where the FMU has them, m: another machine would show.
     this.stage.dataset.drawingError = Math.hypot(...[...tip, ...strokes].map((v, k) => v - drawn[k]));
     drawing.tip.position.set(...tip);
-    const shown = tip.map((v, k) => v + this.gain * (desired[k] - v));
-    this.reference.position.set(...shown);
-    this.shadow.position.set(shown[0], 0.006, shown[2]);
-    this.drop.position.set(shown[0], 0, shown[2]);
-    this.drop.scale.y = Math.max(shown[1], 1e-3);
-    this.way.add(desired.map((v, k) => v + this.gain * (tip[k] - v)));
+    // The reference is drawn where it is; from there all errors are enlarged.
+    const enlarged = (place) => desired.map((v, k) => v + this.gain * (place[k] - v));
+    this.reference.position.set(...desired);
+    this.shadow.position.set(desired[0], 0.006, desired[2]);
+    this.drop.position.set(desired[0], 0, desired[2]);
+    this.drop.scale.y = Math.max(desired[1], 1e-3);
+    this.error.position.set(...enlarged(tip));
+    this.way.add(enlarged(tip));
     this.desiredWay.add(desired);
     this.load.visible = loadMass > 0;
     this.load.scale.setScalar(0.05 + 0.012 * Math.cbrt(loadMass));
     this.load.position.set(...tip);
     // Roll about x, then pitch about its own z.
     drawing.base.rotation.set(tilt[0], 0, tilt[1], "XYZ");
-    ghosts.forEach((angles, k) => this.ghosts[k] && angles.every(Number.isFinite) && this.pose(this.ghosts[k], angles));
+    ghosts.forEach((angles, k) => {
+      if (this.ghosts[k] && angles.every(Number.isFinite)) this.errors[k].position.set(...enlarged(this.pose(this.ghosts[k], angles).slice(0, 3)));
+    });
     this.dirty = true;
   }
 

@@ -1,7 +1,7 @@
 /* The live machine: puts engines, scene, levers, panel and scopes together. */
 import { Ensemble, WORLDS, forEngine } from "./ensemble.js";
 import { LAWS, Panel } from "./controls.js";
-import { Levers, LEVER_KEYS } from "./drive.js";
+import { LEVERS, Levers, LEVER_KEYS } from "./drive.js";
 import { rotated } from "./kinematics.js";
 import { LiveScene } from "./live_scene.js";
 import { Recorder } from "./records.js";
@@ -10,30 +10,58 @@ import { Monitor } from "./monitor.js";
 import { fixed, readable } from "./scopes.js";
 import { ACTUATORS, SIGNALS } from "./signals.js";
 import { download, json, part } from "./parts.js";
-import { addressOf, elements, settingsOf } from "./variables.js";
+import { addressOf, copied, elements, settingsOf } from "./variables.js";
 
-/* What one sees first: it moves at once, and with all joints. */
-const FIRST = { trajectory: "path", "controller.path_file": "six-joints", "controller.settle_time": "0.3" };
+/* What a visitor's machine has and the paper's has not: a supervisor, and a floor that the tip meets. */
+const EQUIPPED = { "controller.supervisor": "true", "hdrm.contact.stiffness": "2e5", "hdrm.contact.damping": "1", "hdrm.contact.friction": "0.3" };
+/* What one sees first: it moves at once, and with all joints. When a task is done the next one follows, until a visitor does something. */
+const TASKS = [
+  { settings: { trajectory: "path", "controller.path_file": "six-joints" } },
+  { settings: { trajectory: "triangular" } },
+  { settings: { trajectory: "path", "controller.path_file": "iso9283-cube:1" }, changes: [{ time: 1, name: "hdrm.load.mass", value: 150 }] },
+  { settings: { trajectory: "cubic" } },
+].map(({ settings, changes = [] }) => ({ settings: { ...settings, "controller.settle_time": "0.3", ...EQUIPPED }, changes }));
+const [{ settings: FIRST }] = TASKS;
+/* How long the reference rests before the next task begins, s. */
+const TASK_RESTS = 1.5;
+/* Changes of a run that an address holds at most; levers make more. */
+const MOST_CHANGES = 200;
 const GHOST_LAWS = ["adaptive", "modular", "pd", "modular_integral"];
 /* Largest rates of the levers, by kind; the controller limits them too. */
 const MOST = { joint: [0.15, 0.1, 0.1, 0.5, 0.5, 0.5], tip: [0.25, 0.25, 0.25, 0.3, 0.3, 0.3] };
 const PUSH = { force: 300, duration: 0.2 };
 /* Name of the file that the controller is given waypoints in. */
 const PATH = "waypoints";
+/* A bar stays this long after its cause has ended, s of the run. */
+const BAR_STAYS = 1;
+/* From this state on the supervisor stops the machine; why, by the number of its cause. */
+const STOPPING = 5;
+const CAUSES = {
+  2: "a rod swings", 3: "a rod's force stays above what it is rated for", 4: "a drive has tripped", 5: "the tip does not follow its reference",
+  6: "a joint's encoder, its motor and its rod tell different motions", 7: "a joint's angle and its rate do not fit", 8: "a sensor's reading no longer changes",
+  9: "a motor's torque does not fit the force of its rod: a brake drags, or a sensor errs", 10: "a drive does not give the commanded current", 11: "a joint of the wrist runs away",
+};
+const RESET_TAKES = 0.1;
+/* Worlds in which the drives themselves tell whether they have tripped. */
+const STOP_DRIVEN = ["real", "electric"];
+const STOP_NEEDS = "The emergency stop needs the supervisor (Controller), and the ideal machine: elsewhere only the drives themselves trip.";
+/* A joint or rod this near to its limit is at the end of its travel, rad and m; a body this near to the floor is warned of, m. */
+const [JOINT_END, STROKE_END, FLOOR_NEAR] = [0.02, 0.01, 0.1];
+/* After a script has advanced the run: it rests from so long on; until then a picture comes that often, ms. */
+const [SCRIPT_RESTS, SCRIPT_PICTURES] = [60, 500];
 
 class LivePage extends Page {
   constructor() {
     super();
     document.body.classList.add("starting");
     this.data = json("scene");
-    this.log = [];
-    this.waypoints = [];
+    Object.assign(this, { log: [], plan: [], wantedLaws: [], waypoints: [], bars: new Map(), tour: null, load: 0 });
     this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
-    this.levers = new Levers(element("levers"), (kind) => MOST[kind], (kind, rates) => this.command(kind, rates));
+    this.levers = new Levers(element("levers"), (kind) => MOST[kind], (kind, rates) => this.command(kind, rates), (text) => this.joystick(text));
     const sheets = Object.fromEntries([...document.querySelectorAll("[data-sheet]")].map((sheet) => [sheet.dataset.sheet, sheet]));
     this.panel = new Panel(sheets, (control, values) => this.change(control, values));
     this.recorder = new Recorder();
-    this.monitor = new Monitor(this.data, (rank, text) => this.alarm(rank, text));
+    this.monitor = new Monitor(this.data, (...its) => this.alarm(...its));
     this.buttons();
     this.firstMinute();
     this.takeFiles(["waypoint-file", "settings-file"], "Waypoints or settings");
@@ -43,8 +71,15 @@ class LivePage extends Page {
     this.ensemble = await Ensemble.begin({ engine: part("engine"), system: part("system") });
     // The picture is made while the worker opens the archive and starts the run.
     this.pictured = new Promise((turn) => document.addEventListener("DOMContentLoaded", turn)).then(() => this.picture());
-    await Promise.all([this.ensemble.main.opened, this.ofAddress()]);
     window.addEventListener("hashchange", () => this.attempt(() => this.ofAddress()));
+    await Promise.all([this.ensemble.main.opened, this.ofAddress()]);
+  }
+
+  /* Replaces, moves or changes the run, each after the one before: any order of clicks is one of whole acts. */
+  inTurn(act) {
+    const done = (this.turn ?? Promise.resolve()).then(act);
+    this.turn = done.catch(() => {});
+    return done;
   }
 
   picture() {
@@ -60,8 +95,12 @@ class LivePage extends Page {
   }
 
   ofAddress() {
-    const { settings, ghosts } = settingsOf(location.hash);
-    return this.start(Object.keys(settings).length ? settings : FIRST, ghosts);
+    if (location.hash.length < 2) {
+      this.tour = 0;
+      return this.start(FIRST, { ghosts: [], shows: true });
+    }
+    const { settings, ghosts, changes } = settingsOf(location.hash);
+    return this.start(Object.keys(settings).length ? settings : FIRST, { ghosts, changes });
   }
 
   /* Laws of the ghosts. */
@@ -69,33 +108,62 @@ class LivePage extends Page {
     return [...this.ensemble.ghosts.keys()];
   }
 
-  /* Starts with these settings, at the joints' present angles where it is `there`, and says why where a reason is given; what is refused
-   * leaves the run as it is. */
-  async start(settings, ghosts = this.laws, why = "", there = false) {
-    const playing = this.playing;
-    if (this.settings) await this.pause();
-    if (there) SIGNALS.zeta.forEach((name, k) => (settings[name.replace("zeta", "zeta_start")] = this.monitor.now("zeta")[k]));
-    try {
-      const laws = ghosts.filter((law) => law in LAWS);
-      if (laws.join() === this.laws.join()) await this.ensemble.restart(settings);
-      else await this.ensemble.beside(laws, settings);
-      this.settings = settings;
-      [this.log, this.lost, this.pushed, this.commanded] = [[], null, null, new Array(6).fill(0)];
-      element("moments").replaceChildren();
-      element("broken").hidden = true;
-      await this.know();
-      await this.watch();
-      // It moves before the panel follows.
-      if (playing) this.play();
-      this.reveal();
-      this.panel.build(this.variables);
-      await this.follow();
-      history.replaceState(null, "", addressOf(settings, this.laws));
-      this.say(why);
+  /* Starts with these settings, or what this function makes of the present ones, and with changes to come; at the joints' present angles where
+   * it is `there`; `again` has the changes that the run before was to have, `shows` keeps the tasks going. Says why where a reason is given. What
+   * is refused leaves the run as it is. */
+  start(settings, { ghosts, changes = [], again = false, shows = false, why = "", there = false, unless } = {}) {
+    if (!shows) this.tour = null;
+    return this.inTurn(async () => {
+      if (unless?.()) return;
+      if (this.settings) await this.ensemble.pause();
+      const asked = { ...(typeof settings === "function" ? settings(this.settings) : settings) };
+      if (there) SIGNALS.zeta.forEach((name, k) => (asked[name.replace("zeta", "zeta_start")] = this.monitor.now("zeta")[k]));
+      const laws = (ghosts ?? this.wantedLaws).filter((law) => law in LAWS);
+      try {
+        const plan = again ? this.plan : changes;
+        await this.ensemble.restart(asked, laws, plan);
+        Object.assign(this, { settings: asked, plan, log: [...plan], lost: null, pushed: null, resets: null, commanded: new Array(6).fill(0), load: 0 });
+        Object.assign(this, { began: { ...asked }, run: {} });
+        this.bars.clear();
+        element("moments").replaceChildren();
+        await this.know();
+        await this.watch();
+        // It moves before the panel follows.
+        this.goOn();
+        this.reveal();
+        this.panel.build(this.variables);
+        history.replaceState(null, "", this.address());
+        this.say(why);
+      } finally {
+        this.wantedLaws = ghosts || !this.settings ? this.laws : this.wantedLaws.filter((law) => this.ensemble.ghosts.has(law) || !laws.includes(law));
+        if (this.settings) {
+          this.goOn();
+          await this.showPanel();
+        }
+      }
       await this.judge();
-    } finally {
-      if (playing && !this.playing) this.play();
-    }
+    });
+  }
+
+  /* Plays where that is wanted. */
+  goOn() {
+    if (this.playing) this.ensemble.play(Number(element("speed").value)).catch((error) => this.say(error.message));
+    this.sayPlaying();
+  }
+
+  /* The address of the run; a browser takes only so many in a time. */
+  keepAddress() {
+    if (this.addressing) return;
+    this.addressing = true;
+    setTimeout(() => {
+      this.addressing = false;
+      history.replaceState(null, "", this.address());
+    }, 100);
+  }
+
+  address() {
+    const changes = this.log.length > MOST_CHANGES ? [] : this.log;
+    return addressOf(this.began, { ghosts: this.laws, changes });
   }
 
   /* The variables of the running system, which are asked for once. */
@@ -107,7 +175,11 @@ class LivePage extends Page {
   }
 
   /* The panel shows what the running system has. */
-  async follow() {
+  follow() {
+    return this.inTurn(() => this.settings && this.showPanel());
+  }
+
+  async showPanel() {
     await this.panel.follow((name) => this.engine.get(name));
     const { trajectory } = this.settings;
     const file = this.settings["controller.path_file"];
@@ -117,9 +189,10 @@ class LivePage extends Page {
     element("waypoint-tools").hidden = element("trajectory").value !== "waypoints";
     element("world").value = this.settings.world ?? "ideal";
     this.levers.lead(kind);
-    this.hanging = this.variables.has("hdrm.load.mass") && (await this.engine.get("hdrm.load.mass")) > 0;
-    this.sayHanging();
-    for (const box of element("ghosts").querySelectorAll("input")) box.checked = this.ensemble.ghosts.has(box.value);
+    this.sayHanging(this.variables.has("hdrm.load.mass") && (await this.engine.get("hdrm.load.mass")) > 0);
+    for (const box of element("ghosts").querySelectorAll("input")) box.checked = this.wantedLaws.includes(box.value);
+    element("emergency").disabled = !this.canStop;
+    element("emergency").title = this.canStop ? "Emergency stop: brakes on, drives off (escape)" : STOP_NEEDS;
   }
 
   /* Tells the engines what to send. */
@@ -142,17 +215,53 @@ class LivePage extends Page {
     if (!this.monitor.frame(frame)) return;
     this.recorder.add(frame.history, 1 + this.monitor.names.length);
     this.latest = frame;
+    const load = this.monitor.now("load")[0] ?? 0;
+    if (load !== this.load) this.sayHanging((this.load = load) > 0);
     if (frame.error && this.playing) this.ended(frame.error);
     if (this.pushed && frame.time >= this.pushed) this.push([0, 0, 0]);
+    if (this.resets && frame.time >= this.resets) this.released();
     if (!frame.error) this.ensemble.tend();
+    this.nextTask(frame.time);
   }
 
-  /* Says it where nothing worse was said. */
-  alarm(rank, text) {
-    if (rank <= (this.lost?.rank ?? 0)) return;
-    this.lost = { rank, text };
-    element("broken").textContent = text;
-    element("broken").hidden = false;
+  /* The next of the tasks that are shown to who only looks. */
+  nextTask(time) {
+    if (this.tour === null || !this.playing || time - this.monitor.rests < TASK_RESTS || this.touring) return;
+    this.touring = true;
+    const task = TASKS[(this.tour += 1) % TASKS.length];
+    this.attempt(() => this.start(task.settings, { changes: task.changes, shows: true }).finally(() => (this.touring = false)));
+  }
+
+  /* A cause for a bar: it is shown until its cause has ended for a second, or until it is closed. The worst one of a run counts for the
+   * verdict. */
+  alarm(rank, text, kind = "run", time = Infinity) {
+    const known = this.bars.get(kind);
+    if (known) known.time = time;
+    else this.bars.set(kind, { rank, text, time, closed: false });
+    if (rank >= 1 && rank > (this.lost?.rank ?? 0)) {
+      this.lost = { rank, text };
+      if (this.settings) this.attempt(() => this.judge());
+    }
+    this.showBar();
+  }
+
+  showBar() {
+    const now = this.latest?.time ?? 0;
+    for (const [kind, { time }] of this.bars) if (now - time > BAR_STAYS || (time !== Infinity && time > now + BAR_STAYS)) this.bars.delete(kind);
+    const bar = [...this.bars.values()].filter(({ closed }) => !closed).reduce((worst, one) => (one.rank > (worst?.rank ?? -1) ? one : worst), null);
+    const { stage, cause } = this.monitor;
+    const stopped = stage >= STOPPING && cause in CAUSES;
+    const text = stopped ? `Stopped by the supervisor: ${this.emergency ? "the emergency stop was pressed" : CAUSES[cause]}.` : (bar?.text ?? "");
+    if (element("broken-text").textContent !== text) element("broken-text").textContent = text;
+    element("broken").hidden = !text;
+    element("broken").classList.toggle("warning", !stopped && bar?.rank < 1);
+    element("reset").hidden = !stopped;
+    element("broken-close").hidden = stopped;
+  }
+
+  closeBar() {
+    this.bars.forEach((bar) => (bar.closed = true));
+    this.showBar();
   }
 
   /* The run goes on no more. */
@@ -161,10 +270,50 @@ class LivePage extends Page {
     this.pause();
   }
 
+  /* The input by which drives tell the supervisor that they have tripped, where nothing else drives it. */
+  get canStop() {
+    return this.hasInput("controller.tripped[1]") && !STOP_DRIVEN.includes(this.settings.world) && String(this.settings["controller.supervisor"]) === "true";
+  }
+
+  hasInput(name) {
+    return this.variables?.has(name);
+  }
+
+  /* As a drive that trips: the supervisor brakes all. */
+  stopAll() {
+    this.tour = null;
+    return this.inTurn(async () => {
+      if (!this.canStop) throw new Error(STOP_NEEDS);
+      this.emergency = true;
+      await this.put("controller.tripped[1]", true);
+    });
+  }
+
+  /* After a stop the machine is ready again where it stands. */
+  reset() {
+    this.tour = null;
+    return this.inTurn(async () => {
+      if (this.emergency) await this.put("controller.tripped[1]", false);
+      this.emergency = false;
+      await this.put("controller.reset", true);
+      this.resets = this.ensemble.time + RESET_TAKES;
+      this.say(this.settings.trajectory === "rates" ? "Reset: the levers lead again." : "Reset: it rests here. A lever or a path sets it in motion again.");
+    });
+  }
+
+  /* The button is let go. */
+  released() {
+    this.resets = null;
+    this.attempt(() => this.set("controller.reset", false));
+  }
+
   /* One picture. */
   tick(now) {
     requestAnimationFrame((next) => this.tick(next));
     this.levers.poll();
+    // A script that advances in small pieces waits for no picture: one comes when it rests, and a few meanwhile.
+    if (performance.now() - (this.advanced ?? -Infinity) < SCRIPT_RESTS && now - (this.drawn ?? 0) < SCRIPT_PICTURES) return;
+    this.drawn = now;
     if (this.latest && this.latest !== this.shown) {
       this.shown = this.latest;
       this.show();
@@ -177,7 +326,7 @@ class LivePage extends Page {
     }
     if (this.settings && now - (this.judged ?? 0) > 1500) {
       this.judged = now;
-      this.judge();
+      this.attempt(() => this.judge());
     }
   }
 
@@ -187,6 +336,16 @@ class LivePage extends Page {
     this.scene.show({
       zeta: now("zeta"), tip: now("tip"), strokes: now("stroke"), desired: now("desired"),
       loadMass: now("load")[0] ?? 0, tilt: tilt.length ? tilt : [0, 0], ghosts });
+  }
+
+  /* What is at its end of travel is told on its lever; what comes too near to the floor by a bar. */
+  limits(time) {
+    const { now } = this.monitor;
+    const [zeta, stroke] = [now("zeta"), now("stroke")];
+    const end = (value, [least, most], margin) => (value > most - margin ? 1 : value < least + margin ? -1 : 0);
+    this.levers.atEnd = this.data.joints.map((range, k) => end(zeta[k], range, JOINT_END) || (k < 3 ? end(stroke[k], this.data.strokes[k], STROKE_END) : 0));
+    const { height, title } = this.scene.lowest();
+    if (height < FLOOR_NEAR) this.alarm(0.5, height > 0 ? `The ${title} is close to the floor.` : `The ${title} is in the floor, which only the tip meets in this computation.`, "floor", time);
   }
 
   numbers() {
@@ -200,7 +359,7 @@ class LivePage extends Page {
     const { now, ghostErrors } = this.monitor;
     const [forces, currents, [error]] = [now("force"), now("current"), now("error")];
     element("clock").textContent = `${time.toFixed(2)} s`;
-    element("factor").textContent = this.playing ? `${this.pace.toPrecision(2)} ×` : "paused";
+    element("factor").textContent = this.playing ? this.pace.toPrecision(2) : "paused";
     element("share").textContent = this.playing ? `${Math.round(100 * share)} %` : "–";
     const lines = ACTUATORS.map((name, k) => {
       const part = Math.abs(forces[k]) / this.data.rated[k];
@@ -209,8 +368,11 @@ class LivePage extends Page {
     const beside = this.laws.map((law, k) => `<tr style="color:${this.monitor.ghostColor(k)}"><td>${law}</td><td colspan="3">${readable(1000 * ghostErrors[k])} mm</td></tr>`);
     element("readout").innerHTML = `<table>${lines.join("")}<tr><td><b>tip error</b></td><td colspan="3"><b>${readable(1000 * error)} mm</b></td></tr>${beside.join("")}</table>`;
     this.scene.label(ACTUATORS.map((name, k) => `${name} ${fixed(forces[k] / 1000, 1)} kN, ${fixed(currents[k], 0)} A`));
-    if (this.levers.padName) element("gamepad").textContent = `Joystick: ${this.levers.padName}. Left stick: slew and lift; right stick: tilt and turn.`;
+    this.limits(time);
+    this.showBar();
+    const length = this.recorder.seconds;
     element("csv").disabled = this.recorder.count === 0;
+    element("csv").textContent = length > 0 ? `Download CSV (${readable(length)} s)` : "Download CSV";
   }
 
   /* The run's verdict, with the worst that the page has seen of the machine. */
@@ -225,7 +387,7 @@ class LivePage extends Page {
   async judge() {
     const { bad, text, findings } = await this.verdict();
     const lost = this.lost?.rank === 2;
-    const words = lost ? "lost" : bad ? `bad: ${findings.find((finding) => finding.bad).text}` : "good";
+    const words = lost ? "machine lost" : bad ? findings.find((finding) => finding.bad).text : "no faults";
     Object.assign(element("verdict"), { textContent: words, className: bad ? "bad" : "good", title: text });
   }
 
@@ -251,41 +413,58 @@ class LivePage extends Page {
 
   play() {
     this.playing = true;
-    this.ensemble.play(Number(element("speed").value));
-    this.sayPlaying();
+    return this.inTurn(() => this.settings && this.goOn());
   }
 
   async pause() {
     this.playing = false;
-    await this.ensemble.pause();
     this.sayPlaying();
+    await this.inTurn(() => this.ensemble.pause());
   }
 
   sayPlaying() {
     element("play").textContent = this.playing ? "❚❚ Pause" : "▶ Run";
   }
 
-  async advance(seconds) {
-    await this.pause();
-    await this.ensemble.advance(seconds);
+  advance(seconds) {
+    this.tour = null;
+    return this.inTurn(async () => {
+      if (this.playing) {
+        this.playing = false;
+        await this.ensemble.pause();
+        this.sayPlaying();
+      }
+      await this.ensemble.advance(seconds);
+      this.advanced = performance.now();
+    });
   }
 
-  async set(name, value) {
-    await this.ensemble.set(name, value);
-    this.log.push({ time: this.ensemble.time, name, value });
+  set(name, value) {
+    this.tour = null;
+    return this.inTurn(() => this.put(name, value));
+  }
+
+  /* Sets it now, and remembers it for the address and the settings; what is `kept` is a setting of later runs too. */
+  async put(name, value, kept = false) {
+    const time = await this.ensemble.set(name, value);
+    const last = this.log.at(-1);
+    if (last?.name === name && last.time === time) this.log.pop();
+    this.log.push({ time, name, value, kept });
+    if (kept) this.settings[name] = value;
+    this.keepAddress();
   }
 
   /* A slider or switch of the panel. */
   change(control, values) {
     return this.attempt(async () => {
       if (control.own === "load") return this.hanging ? this.set("hdrm.load.mass", this.panel.own("load")) : undefined;
-      if (control.atOnce) {
-        for (const [name, value] of Object.entries(values)) await this.set(name, value);
-        Object.assign(this.settings, values);
-        history.replaceState(null, "", addressOf(this.settings, this.laws));
-      } else {
-        await this.start({ ...this.settings, ...values }, undefined, `${control.label}: that needs a standstill, so the machine started again.`);
+      if (!control.atOnce) {
+        return this.start((now) => ({ ...now, ...values }), { again: true, why: `${control.label}: that needs a standstill, so the machine started again.` });
       }
+      this.tour = null;
+      return this.inTurn(async () => {
+        for (const [name, value] of Object.entries(values)) await this.put(name, value, true);
+      });
     });
   }
 
@@ -309,19 +488,16 @@ class LivePage extends Page {
   /* Who leads from now on: a value of the select `trajectory`. */
   async lead(choice) {
     const [trajectory, detail] = choice.split(" ");
-    const kept = Object.entries(this.settings).filter(([name]) => !/^controller\.(path_file|rate\.|settle_time)|^trajectory$|^files$|zeta_start/.test(name));
-    const settings = { ...Object.fromEntries(kept), trajectory, "controller.settle_time": 0.3 };
+    const others = (settings) => Object.fromEntries(Object.entries(settings).filter(([name]) => !/^controller\.(path_file|rate\.|settle_time)|^trajectory$|^files$|zeta_start/.test(name)));
+    const led = (own) => (settings) => ({ ...others(settings), trajectory, "controller.settle_time": 0.3, ...own });
     if (trajectory === "rates") {
       if (this.settings.trajectory === "rates") {
-        this.settings["controller.rate.command"] = detail;
-        await this.set("controller.rate.command", detail);
+        await this.inTurn(() => this.put("controller.rate.command", detail, true));
         return this.follow();
       }
-      settings["controller.rate.command"] = detail;
-      return this.start(settings, undefined, "You lead now: the levers, or the keys under them.", true);
+      return this.start(led({ "controller.rate.command": detail }), { why: "You lead now: the levers, or the keys under them.", there: true });
     }
-    if (trajectory === "path") settings["controller.path_file"] = detail;
-    if (trajectory !== "waypoints") return this.start(settings, undefined, "The machine started again, on that path.");
+    if (trajectory !== "waypoints") return this.start(led(trajectory === "path" ? { "controller.path_file": detail } : {}), { why: "The machine started again, on that path." });
     element("waypoint-tools").hidden = false;
     if (this.waypoints.length < 2) return this.say("Click two waypoints or more into the picture, or drop a file.");
     return this.follows({ waypoints: this.waypoints.map((position) => ({ position, dwell: 0.2 })), limits: { speed: 0.2, acceleration: 0.5, jerk: 3 } });
@@ -330,14 +506,28 @@ class LivePage extends Page {
   /* Follows a path from where the machine stands: waypoints, or the text of a file. */
   follows(path) {
     const files = { [PATH]: typeof path === "string" ? path : JSON.stringify(path) };
-    const settings = { ...this.settings, trajectory: "path", "controller.path_file": PATH, files, "controller.settle_time": 0.3 };
-    return this.start(settings, undefined, "The machine follows your waypoints.", true);
+    const own = { trajectory: "path", "controller.path_file": PATH, files, "controller.settle_time": 0.3 };
+    return this.start((settings) => ({ ...settings, ...own }), { why: "The machine follows your waypoints.", there: true });
   }
 
+  /* Another waypoint; one that cannot be reached is taken back. */
   addWaypoint(point) {
     this.waypoints.push(point.map((v) => Number(v.toFixed(3))));
     this.sayWaypoints();
-    if (this.waypoints.length >= 2) this.attempt(() => this.lead("waypoints"));
+    if (this.waypoints.length < 2) return;
+    const taken = this.waypoints.at(-1);
+    this.attempt(() => this.lead("waypoints").catch((error) => {
+      this.waypoints = this.waypoints.filter((one) => one !== taken);
+      this.sayWaypoints();
+      throw new Error(this.waypointWords(error.message, taken));
+    }));
+  }
+
+  /* What is wrong with a waypoint, for people: of all that the check of the path says, what it says first. */
+  waypointWords(message, point) {
+    const [, joint, stroke, force] = /joint \d \(([\w ]+)\)|stroke of (\w+)|force of (\w+)/.exec(message) ?? [];
+    const why = force && !joint ? `the ${force} rod would be overloaded` : joint || stroke ? `${joint ?? stroke} would go beyond its end of travel` : /reach/.test(message) ? "it is out of reach" : message;
+    return `The machine cannot reach the point ${point.join(", ")} m (forward, up, right): ${why}. The point is taken back; click nearer to the others.`;
   }
 
   sayWaypoints() {
@@ -363,21 +553,25 @@ class LivePage extends Page {
 
   hang() {
     this.done("hang");
-    return this.attempt(async () => {
-      await this.set("hdrm.load.mass", this.hanging ? 0 : this.panel.own("load"));
-      this.hanging = !this.hanging;
-      this.sayHanging();
-    });
+    this.tour = null;
+    return this.attempt(() => this.inTurn(async () => {
+      const hangs = !this.hanging;
+      await this.put("hdrm.load.mass", hangs ? this.panel.own("load") : 0);
+      this.sayHanging(hangs);
+    }));
   }
 
-  sayHanging() {
-    element("hang").setAttribute("aria-pressed", this.hanging);
-    element("hang").textContent = this.hanging ? "Set down the load" : "Pick up the load";
+  sayHanging(hangs) {
+    this.hanging = hangs;
+    element("hang").setAttribute("aria-pressed", hangs);
+    element("hang").textContent = hangs ? "Set down the load" : "Pick up the load";
   }
 
   beside(laws) {
     if (laws.length) this.done("ghost");
-    return this.attempt(() => this.start(this.settings, laws, "All started again, so that they begin alike."));
+    this.wantedLaws = laws;
+    const alike = () => [...this.laws].sort().join() === [...this.wantedLaws].sort().join();
+    return this.attempt(() => this.start((now) => now, { again: true, shows: true, unless: alike, why: "All started again, so that they begin alike." }));
   }
 
   /* After a jump in time nothing later is shown. */
@@ -386,41 +580,64 @@ class LivePage extends Page {
     this.monitor.cut(time);
     this.recorder.cut(time);
     this.scene.clear();
-    [this.lost, this.pushed] = [null, null];
+    Object.assign(this, { lost: null, pushed: null, resets: null, tour: null });
+    this.bars.clear();
+    // What was changed later has not happened, but what the run was to have is still to come.
+    this.log = this.log.filter((change) => change.time <= time + 1e-9 || this.plan.includes(change));
+    this.settings = { ...this.began, ...Object.fromEntries(this.log.filter(({ kept }) => kept).map(({ name, value }) => [name, value])) };
+    this.emergency = this.hasInput("controller.tripped[1]") && this.canStop && Boolean(await this.engine.get("controller.tripped[1]"));
     this.commanded = await Promise.all(this.commanded.map((_, k) => this.engine.get(`controller.rate.${this.levers.kind}[${k + 1}]`)));
-    element("broken").hidden = true;
-    await this.follow();
+    await this.showPanel();
+    this.keepAddress();
     if (this.settings.trajectory === "rates") this.command(this.levers.kind, new Array(6).fill(0));
     this.say(text);
   }
 
+  /* Goes to an earlier state; `jump` tells how, and says it. */
+  goBack(jump) {
+    return this.attempt(() => this.inTurn(async () => {
+      await this.ensemble.pause();
+      try {
+        await this.jumped(await jump());
+      } finally {
+        this.goOn();
+      }
+    }));
+  }
+
   undo() {
-    return this.attempt(async () => {
-      const playing = this.playing;
-      await this.pause();
+    return this.goBack(async () => {
       const before = this.ensemble.time;
-      const time = await this.ensemble.undo();
-      await this.jumped(`Back by ${(before - time).toFixed(1)} s.`);
-      if (playing) this.play();
+      return `Back by ${(before - (await this.ensemble.undo())).toFixed(1)} s.`;
     });
   }
 
-  async keepMoment() {
-    const state = await this.ensemble.state();
-    const button = html`<button title="Back to this moment">${state.time.toFixed(2)} s</button>`;
-    button.addEventListener("click", () => this.attempt(async () => {
-      await this.pause();
-      await this.ensemble.back(state);
-      await this.jumped(`Back at ${state.time.toFixed(2)} s.`);
-    }));
-    element("moments").append(button);
+  keepMoment() {
+    return this.inTurn(async () => {
+      const [state, { run }] = [await this.ensemble.state(), this];
+      const button = html`<button title="Back to this moment">${state.time.toFixed(2)} s</button>`;
+      button.addEventListener("click", () => {
+        this.playing = false;
+        this.sayPlaying();
+        this.goBack(async () => {
+          if (run !== this.run) throw new Error("That moment is of an earlier run.");
+          await this.ensemble.back(state);
+          return `Back at ${state.time.toFixed(2)} s.`;
+        });
+      });
+      element("moments").append(button);
+    });
   }
 
   buttons() {
     this.on("play", () => (this.playing ? this.pause() : this.play()));
     this.on("step", () => this.advance(this.engine.about.step));
     this.on("undo", () => this.undo());
-    this.on("restart", () => this.start(this.settings, undefined, "From the start again."));
+    this.on("restart", () => this.start((now) => now, { again: true, why: "From the start again." }));
+    this.on("emergency", () => this.stopAll());
+    this.on("reset", () => this.reset());
+    this.on("about-link", () => { element("what").open = true; element("what").scrollIntoView({ block: "nearest" }); });
+    this.on("broken-close", () => this.closeBar());
     this.on("speed", () => this.playing && this.play(), "change");
     this.on("trajectory", () => this.lead(element("trajectory").value), "change");
     this.on("world", () => this.world(element("world").value), "change");
@@ -431,11 +648,14 @@ class LivePage extends Page {
     this.on("error-gain", () => { this.scene.gain = Number(element("error-gain").value); this.scene.clear(); }, "change");
     this.on("waypoint-click", () => this.aim(!this.scene.aiming));
     this.on("waypoint-here", () => this.addWaypoint(this.monitor.now("tip")));
+    this.on("waypoint-back", () => { this.waypoints.pop(); this.sayWaypoints(); return this.waypoints.length > 1 ? this.lead("waypoints") : undefined; });
     this.on("waypoint-clear", () => { this.waypoints = []; this.sayWaypoints(); });
+    this.on("pad-reset", () => this.levers.forget());
     this.on("record", () => { element("record").setAttribute("aria-pressed", this.recorder.toggle()); });
-    this.on("csv", () => download("machine.csv", this.recorder.csv(), "text/csv"));
+    this.on("csv", () => download("machine.csv", this.recorder.csv((name) => this.variables.get(name)?.unit), "text/csv"));
     this.on("settings", () => download("machine.json", this.settingsText(), "application/json"));
-    this.on("link", async () => { await navigator.clipboard.writeText(location.href); this.say("The link is copied."); });
+    this.on("link", () => this.copyLink());
+    this.levers.relabelled = () => this.keyTable();
     document.querySelectorAll("[data-view]").forEach((button) => button.addEventListener("click", () => this.scene.view(button.dataset.view)));
     Object.entries(WORLDS).forEach(([value, { text }]) => element("world").add(new Option(text, value)));
     const chosen = () => this.beside([...element("ghosts").querySelectorAll("input:checked")].map((box) => box.value));
@@ -457,26 +677,42 @@ class LivePage extends Page {
   world(world) {
     if (world !== "ideal") this.done("world");
     // Parameters of components that the other world does not have stay behind.
-    const kept = Object.entries(this.settings).filter(([name]) => !/^(sensors|dclink|emla_\d)\./.test(name));
-    return this.start({ ...Object.fromEntries(kept), world }, undefined, `Started again: ${WORLDS[world].text}.`);
+    const kept = (settings) => Object.fromEntries(Object.entries(settings).filter(([name]) => !/^(sensors|dclink|emla_\d)\./.test(name)));
+    return this.start((settings) => ({ ...kept(settings), world }), { why: `Started again: ${WORLDS[world].text}.` });
+  }
+
+  /* The link, and what of the run it does not hold. */
+  async copyLink() {
+    const link = `${location.href.split("#")[0]}${this.address()}`;
+    const held = this.log.length > MOST_CHANGES
+      ? `It holds the settings, but not the ${this.log.length} changes made while it ran, most of them by levers: Download settings keeps them all.`
+      : this.log.length ? `It holds the settings and the ${this.log.length} changes made while it ran.` : "It holds the settings.";
+    if (await copied(link)) this.say(`The link is copied. ${held}`);
+    else this.say(`This browser lets no page copy: take the address from the address bar. ${held}`);
   }
 
   settingsText() {
     const note = "settings as `cosim run --set` takes them; changes: what was changed while it ran, s after the start";
-    return JSON.stringify({ note, settings: this.settings, ghosts: this.laws, changes: this.log }, null, 1);
+    return JSON.stringify({ note, settings: this.began, ghosts: this.laws, changes: this.log }, null, 1);
   }
 
   keys() {
-    const keys = { Space: () => element("play").click(), Period: () => this.advance(this.engine.about.step), Backspace: () => this.undo(), KeyP: () => this.pushShortly(), KeyL: () => this.hang(), KeyO: () => this.aim(!this.scene.aiming) };
+    const keys = { Space: () => element("play").click(), Period: () => this.advance(this.engine.about.step), Backspace: () => this.undo(), Escape: () => this.stopAll(), KeyP: () => this.pushShortly(), KeyL: () => this.hang(), KeyO: () => this.aim(!this.scene.aiming) };
     document.addEventListener("keydown", (event) => {
-      const inField = event.target.closest?.("input:not([type=range]):not([type=checkbox]), select, textarea");
-      const own = event.code === "Space" && event.target.closest?.("button, summary, input, a");
+      const inField = event.target.closest?.("input:not([type=range]):not([type=checkbox]), textarea");
+      // A list that has the focus keeps what opens and closes it; letters would choose an entry.
+      const own = ["Space", "Escape"].includes(event.code) && event.target.closest?.(event.code === "Space" ? "button, summary, input, a, select" : "select");
       if (inField || own || event.repeat || event.ctrlKey || event.metaKey || event.altKey || !keys[event.code]) return;
       event.preventDefault();
       this.attempt(keys[event.code]);
     });
-    const rows = [["space", "run or pause"], [".", "one step"], ["backspace", "back by ten seconds"], ["P", "push the tip"], ["L", "pick up or set down the load"], ["O", "click waypoints"],
-      ...LEVER_KEYS.map((pair, k) => [pair.map((key) => key.slice(3)).join(" "), `lever ${k + 1}`]), ["arrows on the picture", "move the view, with shift turn it"]];
+    this.keyTable();
+  }
+
+  keyTable() {
+    const letter = (code) => this.levers.letter(code);
+    const rows = [["space", "run or pause"], ["escape", "emergency stop"], [".", "one step"], ["backspace", "back by ten seconds"], [letter("KeyP"), "push the tip"], [letter("KeyL"), "pick up or set down the load"], [letter("KeyO"), "click waypoints"],
+      ...LEVER_KEYS.map((pair, k) => [pair.map(letter).join(" "), `${LEVERS.joint[k].name}: ${LEVERS.joint[k].ends.join(" or ")}`]), ["arrows on the picture", "move the view, with shift turn it"]];
     element("keys").innerHTML = rows.map(([key, text]) => `<tr><td><kbd>${key}</kbd></td><td>${text}</td></tr>`).join("");
   }
 
@@ -484,13 +720,30 @@ class LivePage extends Page {
   async read(file) {
     const text = await file.text();
     const found = text.trimStart().startsWith("{") ? JSON.parse(text) : null;
-    await (found?.settings ? this.start(found.settings, found.ghosts ?? [], "Settings of the file.") : this.follows(text));
+    if (!found?.settings) return this.follows(text);
+    return this.start(found.settings, { ghosts: found.ghosts ?? [], changes: found.changes ?? [], why: "Settings of the file." });
+  }
+
+  /* What has happened to a joystick, and what leads each lever. */
+  joystick(text) {
+    this.say(text);
+    const { pads } = this.levers;
+    element("gamepad").textContent = pads.size ? `Joystick: ${[...pads.values()].join("; ")}.` : "A joystick or gamepad works as soon as you move it.";
+    element("pad-map").hidden = !pads.size;
+    element("pad-rows").replaceChildren(...this.levers.sources().map(({ name, text: words }, k) => {
+      const row = html`<tr><td>${name}</td><td>${words}</td><td><button>Change</button></td></tr>`;
+      row.querySelector("button").addEventListener("click", () => {
+        this.levers.learns = this.levers.learns === k ? null : k;
+        this.joystick("");
+      });
+      return row;
+    }));
   }
 
   /* What to try first; each is crossed off when it was done. */
   firstMinute() {
     const steps = { levers: ["Take the levers: hold W, or drag one below", () => this.lead("rates joint")], push: ["Push it: drag the red ball, or press P", () => this.pushShortly()],
-      hang: ["Have it pick up 150 kg", () => this.hang()], ghost: ["See a second law beside it", () => this.beside(["modular"])], world: ["Make it a machine as built", () => this.world("real")] };
+      hang: ["Have it pick up 150 kg", () => this.hang()], ghost: ["Compare with another controller", () => this.beside(["modular"])], world: ["Add play, friction, sensor errors", () => this.world("real")] };
     const list = element("first-minute");
     list.querySelector("button").addEventListener("click", () => (list.hidden = true));
     this.tried = Object.entries(steps).map(([name, [text, act]]) => {
@@ -508,9 +761,20 @@ class LivePage extends Page {
 
 const live = new LivePage();
 const opened = live.open();
-opened.catch((error) => {
+opened.catch(async (error) => {
   live.playing = false;
+  const canRun = await live.ensemble?.main.opened.then(() => true, () => false);
+  await live.pictured?.catch(() => {});
   live.reveal();
-  live.alarm(2, `The machine cannot be started: ${error.message}`);
+  live.alarm(2, `The machine cannot be started${location.hash.length > 1 ? " as this address asks" : ""}: ${error.message}`);
+  if (!canRun || !live.scene) return;
+  const usual = html`<button>Start with the usual settings</button>`;
+  usual.addEventListener("click", () => live.attempt(() => {
+    live.playing = true;
+    usual.remove();
+    live.bars.clear();
+    return live.start(FIRST, { ghosts: [] });
+  }));
+  element("broken").append(usual);
 });
 scripted(live, opened);

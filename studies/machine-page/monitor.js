@@ -14,9 +14,10 @@ const LOST_FORCE = 4;
 const [SWINGS, MEAN, WINDOW, SETTLES, RESTS] = [0.01, 0.25, 1, 2, 1e-4];
 
 export class Monitor {
-  /* `machine` has its bodies and rated forces; `alarm(rank, text)` is told that it is overloaded (1) or lost (2). */
+  /* `machine` has its bodies and rated forces; `alarm(rank, text, kind, time)` is told that it is overloaded (1) or lost (2), as long as it is. */
   constructor(machine, alarm) {
     Object.assign(this, { machine, alarm, scopes: new Map(), chosen: new Set(SCOPES.filter(({ shown }) => shown).map(({ name }) => name)) });
+    Object.assign(this, { rests: 0, stage: 0, cause: 0 });
     this.now = (signal) => (this.places[signal] ?? []).map((k) => this.values[k]);
   }
 
@@ -25,6 +26,7 @@ export class Monitor {
     const has = (name) => variables.has(name);
     const [own, ghost] = [watched(SIGNALS, has), watched(GHOST_SIGNALS, has)];
     Object.assign(this, { laws, settings, names: own.names, places: own.places, ghostNames: ghost.names, ghostPlaces: ghost.places });
+    Object.assign(this, { rests: Infinity, swings: undefined, stage: 0, cause: 0 });
     [this.ghosts, this.ghostErrors] = [laws.map(() => [NaN]), laws.map(() => NaN)];
     this.scopes.forEach(({ scope }) => scope.remove());
     this.scopes.clear();
@@ -64,6 +66,7 @@ export class Monitor {
     const stride = 1 + this.names.length;
     if (values.length + 1 !== stride) return false;
     this.values = values;
+    [[this.stage], [this.cause]] = [this.now("stage"), this.now("cause")];
     const masses = this.trueMasses();
     for (let at = 0; at + stride <= history.length; at += stride) {
       const [t, row] = [history[at], (signal) => this.places[signal].map((k) => history[at + 1 + k])];
@@ -100,10 +103,10 @@ export class Monitor {
     const share = Math.max(...shares);
     if (share <= 1 && error < LOST_TIP) return;
     const rod = shares.indexOf(share);
-    const text = `the ${ACTUATORS[rod]} rod had ${readable(forces[rod] / 1000)} kN, ${share.toFixed(1)} times what it is rated for.`;
-    if (share >= LOST_FORCE) this.alarm(2, `The machine would have broken at ${t.toFixed(2)} s: ${text}`);
-    else if (error >= LOST_TIP) this.alarm(2, `The controller lost the machine at ${t.toFixed(2)} s: the tip was ${(1000 * error).toFixed(0)} mm off.`);
-    else this.alarm(1, `Overloaded at ${t.toFixed(2)} s: ${text}`);
+    const text = `the ${ACTUATORS[rod].toLowerCase()} rod had ${readable(forces[rod] / 1000)} kN, ${share.toFixed(1)} times what it is rated for.`;
+    if (share >= LOST_FORCE) this.alarm(2, `The machine would have broken at ${t.toFixed(2)} s: ${text}`, "broken", t);
+    else if (error >= LOST_TIP) this.alarm(2, `The controller lost the machine at ${t.toFixed(2)} s: the tip was ${(1000 * error).toFixed(0)} mm off.`, "lost", t);
+    else this.alarm(1, `Overloaded at ${t.toFixed(2)} s: ${text}`, "overload", t);
   }
 
   /* Closes a window each second, and names a rod that swung in two in a row. */
@@ -115,6 +118,7 @@ export class Monitor {
     const dt = t - its.t;
     its.t = t;
     if (reference.some((value, k) => Math.abs(value - its.reference[k]) > RESTS)) Object.assign(its, { reference, rests: t });
+    this.rests = its.rests;
     its.mean = its.mean.map((mean, k) => mean + Math.min(dt / MEAN, 1) * (parts[k] - mean));
     its.squares = its.squares.map((sum, k) => sum + (parts[k] - its.mean[k]) ** 2 * dt);
     const window = t - its.start;
@@ -123,7 +127,7 @@ export class Monitor {
     its.squares.forEach((sum, k) => {
       const share = Math.sqrt(sum / window);
       its.windows[k] = settled && share > SWINGS ? its.windows[k] + 1 : 0;
-      if (its.windows[k] > 1) this.alarm(1.5, `The ${ACTUATORS[k]} rod swings since ${(its.start - WINDOW).toFixed(2)} s, by ${(100 * share).toFixed(1)} % of its rated force at rest.`);
+      if (its.windows[k] > 1) this.alarm(1.5, `The ${ACTUATORS[k].toLowerCase()} rod swings since ${(its.start - WINDOW).toFixed(2)} s, by ${(100 * share).toFixed(1)} % of its rated force at rest.`, "swing", t);
     });
     Object.assign(its, { start: t, squares: parts.map(() => 0) });
   }

@@ -16,6 +16,8 @@ export const SIGNALS = {
   load: ["hdrm.load.mass"],
   tilt: ["hdrm.base.tilt[1]", "hdrm.base.tilt[2]"],
   masses: ["T1", "A2", "A3", "D4", "PL"].map((body) => `controller.mass_hat.${body}`),
+  stage: ["controller.supervisor.state"],
+  cause: ["controller.supervisor.cause"],
   link: ["dclink.v_dc"],
   charge: ["dclink.soc"],
   pack: ["dclink.i_battery"],
@@ -23,7 +25,7 @@ export const SIGNALS = {
 /* What is looked at of a ghost. */
 export const GHOST_SIGNALS = { zeta: SIGNALS.zeta, error: SIGNALS.error };
 
-export const ACTUATORS = ["slew", "lift", "tilt"];
+export const ACTUATORS = ["Slew", "Lift", "Tilt"];
 const celsius = (kelvin) => kelvin - 273.15;
 
 /* Scopes: `signal` of SIGNALS, names of its curves, and how a value is shown. */

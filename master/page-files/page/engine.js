@@ -75,11 +75,13 @@ export class Engine {
    * fast; `get` the present value of a variable (a number, true or false, a text) and `set` an input that nothing drives, or a tunable
    * parameter (others are refused with the reason); `watch` says which values the frames carry from now on; `save` the state of the whole,
    * which gives its number. `variables` gives name, description, causality, variability, type, unit, displayUnit, start, min, max, items of
-   * all; `verdict` {bad, text, findings: [{text, bad}]} of the run so far; `memory` that of engine and all instances of FMUs, bytes. */
+   * all; `verdict` {bad, text, findings: [{text, bad}]} of the run so far; `memory` that of engine and all instances of FMUs, bytes; `plan` makes
+   * changes, each {time, name, value}, when the run that has started gets there. */
   static {
     const commands = {
       advance: ["seconds"], play: ["speed"], pause: [], get: ["name"], set: ["name", "value"], watch: ["names"],
-      save: [], restore: ["id"], forget: ["id"], variables: [], verdict: [], memory: [] };
+      save: [], restore: ["id"], forget: ["id"], variables: [], verdict: [], memory: [],
+      plan: ["changes"] };
     for (const [command, names] of Object.entries(commands)) {
       this.prototype[command] = function (...values) {
         return this.#ask(command, Object.fromEntries(names.map((name, k) => [name, values[k]])));

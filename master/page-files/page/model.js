@@ -4,7 +4,7 @@ import { Page, element, html, scripted, tickBox } from "./page.js";
 import { archive, download, part, textOf, unpacked } from "./parts.js";
 import { Recorder, cells } from "./records.js";
 import { Scope } from "./scopes.js";
-import { addressOf, displayOf, elements, settingsOf } from "./variables.js";
+import { addressOf, copied, displayOf, elements, settingsOf } from "./variables.js";
 
 const WASM = /^binaries\/wasm32[^/]*\/.*\.wasm$/;
 /* Plots that are shown at first. */
@@ -77,6 +77,9 @@ class ModelPage extends Page {
     super();
     Object.assign(this, { runs: [], scopes: new Map(), columns: new Map() });
     this.on("run", () => this.run());
+    this.on("halt", () => this.halt());
+    this.on("link", () => this.copyLink());
+    this.on("search", () => this.filter(), "input");
     this.on("clear", () => this.plots((this.runs = [])));
     this.on("csv", () => download(`${document.title}.csv`, this.runs.at(-1).csv(), "text/csv"));
     this.on("find", () => this.table(), "input");
@@ -87,7 +90,10 @@ class ModelPage extends Page {
 
   async open() {
     const system = part("system");
-    if (system) await this.load("", await unpacked(system), settingsOf(location.hash).settings);
+    if (system) {
+      const { settings, own } = settingsOf(location.hash);
+      await this.load("", await unpacked(system), settings, own);
+    }
     else this.say("Drop an FMU or SSP with WebAssembly onto this page.");
   }
 
@@ -97,7 +103,7 @@ class ModelPage extends Page {
   }
 
   /* The model of a file, in the place of the one before. */
-  async load(name, bytes, settings = {}) {
+  async load(name, bytes, settings = {}, own = {}) {
     const fmus = await fmusOf(name, bytes);
     const engine = await Engine.open({ engine: part("engine"), system: bytes });
     await engine.restart(settings);
@@ -106,8 +112,9 @@ class ModelPage extends Page {
     const { components, name: system } = engine.about;
     document.title = element("title").textContent = components.length === 1 ? components[0].model : system;
     await this.list();
-    element("stop").value = engine.about.stop;
-    element("step").value = engine.about.step;
+    element("stop").value = own["@until"] ?? engine.about.stop;
+    element("step").value = own["@step"] ?? engine.about.step;
+    this.recall(own["@signals"]);
     element("document").replaceChildren(...[...fmus.keys()].map((fmu) => new Option(fmu)));
     await this.documentation();
     await this.run();
@@ -132,12 +139,23 @@ class ModelPage extends Page {
   /* Says of each variable how its values are shown. */
   async displays() {
     const descriptions = new Map();
+    this.named = new Set();
     for (const { name, source } of this.engine.about.components) {
       const fmu = this.fmus.get(source.split("/").at(-1)) ?? [...this.fmus.values()][0];
+      await this.find(name, fmu);
       descriptions.set(name, new DOMParser().parseFromString(await textOf(fmu, "modelDescription.xml"), "text/xml"));
     }
     for (const variable of this.variables) variable.display = displayOf(variable, descriptions.get(variable.name.split(".")[0]) ?? new Document());
     this.shown = new Map(this.variables.map(({ name, display }) => [name, display]));
+  }
+
+  /* Outputs that the FMU's terminals have, or that its documentation names as code. */
+  async find(component, fmu) {
+    const parse = (text, type) => new DOMParser().parseFromString(text ?? "", type);
+    const terminals = parse((await textOf(fmu, "terminalsAndIcons/terminalsAndIcons.xml")) ?? "<none/>", "text/xml");
+    const members = [...terminals.getElementsByTagName("TerminalMemberVariable")].map((member) => member.getAttribute("variableName"));
+    const codes = [...parse(await textOf(fmu, "documentation/index.html"), "text/html").querySelectorAll("code")].map((code) => code.textContent.trim());
+    for (const name of members.length ? members : codes) this.named.add(`${component}.${name}`);
   }
 
   /* Starts anew with other sizes of arrays, whose variables are others; other values are dropped. */
@@ -161,15 +179,57 @@ class ModelPage extends Page {
   fields() {
     for (const [id, ...causalities] of [["inputs", "input"], ["parameters", "structuralParameter", "parameter"]]) {
       const rows = this.of(...causalities).filter((variable) => id !== "inputs" || this.free.has(variable)).map((variable) => this.field(variable));
-      element(id).querySelectorAll(".row").forEach((row) => row.remove());
-      element(id).append(...rows);
+      element(id).querySelectorAll(":scope > .row, :scope > .group").forEach((row) => row.remove());
+      element(id).append(...this.grouped(rows, ({ dataset }) => dataset.component));
       element(id).hidden = rows.length === 0;
     }
-    this.plotted = new Set(this.curves.slice(0, FIRST_PLOTS).map(({ name }) => name));
-    element("plotted").replaceChildren(...this.curves.map(({ name, short }) => tickBox(short, this.plotted.has(name), (on) => {
-      this.plotted[on ? "add" : "delete"](name);
-      this.plots();
-    })));
+    this.plotted = new Set(this.firstCurves().map(({ name }) => name));
+    const boxes = this.curves.map(({ name, short, description }) => {
+      const box = tickBox(short, this.plotted.has(name), (on) => {
+        this.plotted[on ? "add" : "delete"](name);
+        this.plots();
+      });
+      Object.assign(box.dataset, { name, component: name.split(".")[0], search: `${name} ${description ?? ""}`.toLowerCase() });
+      return box;
+    });
+    element("plotted").replaceChildren(...this.grouped(boxes, ({ dataset }) => dataset.component));
+    this.filter();
+  }
+
+  /* Rows in a group for each component, where there are several. */
+  grouped(rows, componentOf) {
+    const groups = rows.reduce((all, row) => all.set(componentOf(row), [...(all.get(componentOf(row)) ?? []), row]), new Map());
+    if (groups.size < 2) return this.folded(rows);
+    return [...groups].map(([component, own]) => {
+      const group = html`<details class="group"><summary>${component} (${own.length})</summary></details>`;
+      group.append(...this.folded(own));
+      return group;
+    });
+  }
+
+  /* An array is one row, which opens to those of its elements. */
+  folded(rows) {
+    const all = [];
+    for (const row of rows) {
+      const [, array] = /^(.*)\[[\d,]+\]$/.exec(row.dataset.name) ?? [];
+      const last = all.at(-1);
+      if (array && last?.dataset.array === array) last.append(row);
+      else if (array) {
+        const fold = html`<details class="group" data-array="${array}"><summary></summary></details>`;
+        fold.append(row);
+        all.push(fold);
+      } else all.push(row);
+    }
+    for (const { dataset, children } of all) {
+      if (dataset.array) children[0].textContent = `${dataset.array.slice(dataset.array.indexOf(".") + 1)} [${children.length - 1}]`;
+    }
+    return all;
+  }
+
+  /* The curves that are shown first: outputs that terminals or the documentation name come before the others. */
+  firstCurves() {
+    const isNamed = ({ name }) => this.named.has(name);
+    return [...this.curves.filter(isNamed), ...this.curves.filter((one) => !isNamed(one))].slice(0, FIRST_PLOTS);
   }
 
   /* A row for an input or a parameter: a slider too where it has bounds, and for an input what it does over time. */
@@ -178,7 +238,7 @@ class ModelPage extends Page {
     const isNumeric = !items?.length && type !== "Boolean" && type !== "String";
     const [start, min, max] = [this.values[name] ?? variable.start ?? 0, variable.min, variable.max].map((value) => (isNumeric && value !== null ? from(Number(value ?? NaN)) : value));
     const text = `${short}${unit && unit !== "1" ? `, ${unit}` : ""}`;
-    const row = html`<div class="row"><label title="${description}"><span>${text}</span></label></div>`;
+    const row = html`<div class="row" data-name="${name}" data-component="${name.split(".")[0]}" data-search="${`${name} ${description ?? ""}`.toLowerCase()}"><label title="${description}"><span>${text}</span></label></div>`;
     const field = items?.length ? html`<select></select>` : html`<input type="${{ Boolean: "checkbox", String: "text" }[type] ?? "number"}" step="any" value="${start}">`;
     items?.forEach((item) => field.add(new Option(item.name)));
     if (items?.length) field.value = items.find((item) => item.value === start)?.name ?? start;
@@ -188,7 +248,7 @@ class ModelPage extends Page {
     const changed = () => {
       if (!field.reportValidity()) return;
       this.values[name] = field.type === "checkbox" ? field.checked : isNumber ? to(Number(field.value)) : field.value;
-      history.replaceState(null, "", addressOf(this.values));
+      this.keepAddress();
       if (causality === "structuralParameter") this.resize().catch((error) => this.say(error.message));
     };
     field.addEventListener("change", changed);
@@ -222,7 +282,13 @@ class ModelPage extends Page {
       const value = SIGNALS[select.value].at(t, labels.map((label) => Number(label.lastChild.value)), Number(rest.value), this.columns.get(name) ?? this.columns.get(short));
       return select.value === "file" ? value : to(value);
     };
-    this.signals.set(name, { select, short, at });
+    const numbers = () => labels.map((label) => Number(label.lastChild.value));
+    const put = (kind, values) => {
+      select.value = kind;
+      values.forEach((value, k) => labels[k] && (labels[k].lastChild.value = value));
+      show();
+    };
+    this.signals.set(name, { select, short, at, numbers, put });
     return box;
   }
 
@@ -244,7 +310,9 @@ class ModelPage extends Page {
     if (ticket !== this.ticket) return ticket;
     const number = (this.runs.at(-1)?.number ?? 0) + 1;
     if (!element("over").checked) this.runs = [];
-    const run = Object.assign(new Recorder(), { on: true, number });
+    const run = Object.assign(new Recorder(), { on: true, number, values: { ...settings } });
+    const earlier = this.runs.at(-1);
+    run.label = earlier ? this.runName(earlier.values, run.values) : "";
     run.restart([...this.curves, ...this.of("input").filter(({ type }) => type !== "String")].map(({ name }) => name));
     this.runs.push(run);
     this.plots();
@@ -253,24 +321,101 @@ class ModelPage extends Page {
     return ticket;
   }
 
-  async run() {
+  /* What must be said of the stop time and the step before a run. */
+  span() {
     const [stop, step] = [Number(element("stop").value), Number(element("step").value)];
-    if (!(stop > 0 && step > 0)) throw new Error("Stop time and step must be greater than 0.");
-    this.say("");
-    const ticket = await this.start({ ...this.values, ...Object.fromEntries(this.moving(0)), step });
-    const steps = Math.round(stop / step);
-    const piece = Math.ceil(steps / (this.moving(0).length ? MOVING_PIECES : PIECES));
-    for (let k = 0; k < steps; k += piece) {
-      for (const [name, value] of this.moving(k * step)) await this.engine.set(name, value);
-      // A later run has begun: what goes on is that one.
-      if (ticket !== this.ticket) return;
-      await this.engine.advance(Math.min(piece, steps - k) * step);
+    const { start } = this.engine.about;
+    if (!(step > 0)) throw new Error(`Step: ${element("step").value || "nothing"} s must be greater than 0 s.`);
+    if (!(stop > start)) throw new Error(`Until: ${element("stop").value || "nothing"} s must be after the start at ${start} s.`);
+    if (step > stop - start) throw new Error(`Step: ${step} s is longer than the run, which ends at ${stop} s.`);
+    const steps = Math.round((stop - start) / step);
+    const end = start + steps * step;
+    const isWhole = Math.abs(end - stop) < 1e-9 * Math.max(Math.abs(stop), step);
+    return { start, stop, step, steps, note: isWhole ? "" : `${stop} s is no whole number of steps of ${step} s: the run ends at ${Number(end.toPrecision(9))} s.` };
+  }
+
+  async run() {
+    const { start, stop, step, steps, note } = this.span();
+    this.say(note);
+    const ticket = await this.start({ ...this.values, ...Object.fromEntries(this.moving(start)), step });
+    this.keepAddress();
+    element("halt").disabled = false;
+    const piece = Math.ceil(steps / (this.moving(start).length ? MOVING_PIECES : PIECES));
+    try {
+      for (let k = 0; k < steps && !ticket.halted; k += piece) {
+        for (const [name, value] of this.moving(start + k * step)) await this.engine.set(name, value);
+        // A later run has begun: what goes on is that one.
+        if (ticket !== this.ticket) return;
+        await this.engine.advance(Math.min(piece, steps - k) * step);
+      }
+    } finally {
+      if (ticket === this.ticket) element("halt").disabled = true;
     }
     if (ticket !== this.ticket) return;
+    if (ticket.halted) this.say(`Stopped at ${Number(this.engine.time.toPrecision(6))} s.`);
     this.scopes.forEach((scope) => scope.draw(stop));
-    const { bad, text } = await this.engine.verdict();
-    Object.assign(element("verdict"), { textContent: bad ? "bad" : "good", className: bad ? "bad" : "good", title: text });
+    const { bad, text, findings } = await this.engine.verdict();
+    Object.assign(element("verdict"), { textContent: bad ? findings.find((finding) => finding.bad).text : "no faults", className: bad ? "bad" : "good", title: text });
     element("csv").disabled = false;
+  }
+
+  /* Ends the run where it is; its curves stay. */
+  halt() {
+    if (!this.ticket) return undefined;
+    this.ticket.halted = true;
+    return this.engine.pause();
+  }
+
+  /* What the address holds besides the values: stop, step, and what inputs do over time. Columns of a file are not in it. */
+  own() {
+    const signals = [...this.signals].filter(([, { select }]) => select.value !== "constant").map(([name, { select, numbers }]) => [name, select.value, ...numbers()]);
+    return { "@until": element("stop").value, "@step": element("step").value, ...(signals.length && { "@signals": JSON.stringify(signals) }) };
+  }
+
+  keepAddress() {
+    history.replaceState(null, "", addressOf(this.values, { own: this.own() }));
+  }
+
+  /* Inputs over time as the address has them. */
+  recall(text = "[]") {
+    let signals = null;
+    try {
+      signals = JSON.parse(text);
+    } catch { /* Said below. */ }
+    if (!Array.isArray(signals)) throw new Error("The address is damaged: `@signals` in it is no list.");
+    for (const [name, kind, ...numbers] of signals) {
+      if (!this.signals.has(name) || !(kind in SIGNALS)) throw new Error(`The address has a signal of ${name}, ${kind}: this model has no such input, or the page no such signal.`);
+      this.signals.get(name).put(kind, numbers);
+    }
+  }
+
+  async copyLink() {
+    this.keepAddress();
+    const usesFile = [...this.signals.values()].some(({ select }) => select.value === "file");
+    const held = usesFile ? "It holds values, stop, step and signals, but not the columns of the CSV file: send that too." : "It holds values, stop, step and signals.";
+    this.say(`${(await copied(location.href)) ? "The link is copied." : "Copy the link from the address bar."} ${held}`);
+  }
+
+  /* Shows the rows whose names or descriptions have the text, with their groups. */
+  filter() {
+    const wanted = element("search").value.trim().toLowerCase();
+    for (const row of element("panel").querySelectorAll("[data-search]")) row.hidden = !row.dataset.search.includes(wanted);
+    for (const group of element("panel").querySelectorAll("details.group")) {
+      group.hidden = !group.querySelector("[data-search]:not([hidden])");
+      if (wanted) group.open = true;
+    }
+  }
+
+  /* What of the values differs from one run to the next, as the name of a run. */
+  runName(before, values) {
+    const names = [...new Set([...Object.keys(before), ...Object.keys(values)])].filter((name) => String(before[name]) !== String(values[name]));
+    const short = (name) => this.variables.find((variable) => variable.name === name)?.short ?? name;
+    const shown = (name) => {
+      const variable = this.variables.find((one) => one.name === name);
+      const value = values[name] ?? variable?.start;
+      return typeof value === "number" && variable ? variable.display.from(value) : value;
+    };
+    return names.slice(0, 2).map((name) => `${short(name)} = ${shown(name)}`).join(", ") + (names.length > 2 ? ", …" : "");
   }
 
   frame(run, { time, history, factor, error }) {
@@ -278,7 +423,7 @@ class ModelPage extends Page {
     run.add(history, 1 + run.names.length);
     this.draw(run, history);
     element("clock").textContent = `${Number(time.toPrecision(6))} s`;
-    if (factor) element("factor").textContent = `${Number(factor.toPrecision(3))} ×`;
+    if (factor) element("factor").textContent = Number(factor.toPrecision(3));
     if (performance.now() - (this.drawn ?? 0) < 50) return;
     this.scopes.forEach((scope) => scope.draw(time));
     this.drawn = performance.now();
@@ -298,7 +443,7 @@ class ModelPage extends Page {
     this.scopes.forEach((scope) => scope.remove());
     this.scopes = new Map(this.curves.filter(({ name }) => this.plotted.has(name)).map(({ name, short, display: { unit } }) => {
       const scope = new Scope(element("scopes"), { title: short, unit: unit === "1" ? "" : unit, length: Number(element("stop").value), scrolls: false });
-      this.runs.forEach((run) => scope.add(this.runs.length > 1 ? `run ${run.number}` : "", run.number - 1));
+      this.runs.forEach((run) => scope.add(this.runs.length > 1 ? `run ${run.number}${run.label ? `: ${run.label}` : ""}` : "", run.number - 1));
       return [name, scope];
     }));
     for (const run of this.runs) run.chunks.forEach((rows) => this.draw(run, rows));

@@ -52,9 +52,17 @@ export class Recorder {
     this.count = this.chunks.reduce((sum, rows) => sum + rows.length / stride, 0);
   }
 
-  csv() {
+  /* How long the recording is, s. */
+  get seconds() {
+    const last = this.chunks.at(-1);
+    return last?.length ? last[last.length - 1 - this.names.length] - this.chunks[0][0] : 0;
+  }
+
+  /* The recording as CSV; `unitOf(name)` gives units to write behind the names. */
+  csv(unitOf = () => "") {
     const stride = 1 + this.names.length;
-    const lines = [["time", ...this.names.map(cell)].join(",")];
+    const named = (name) => (unitOf(name) ? `${name} [${unitOf(name)}]` : name);
+    const lines = [["time", ...this.names.map((name) => cell(named(name)))].join(",")];
     for (const rows of this.chunks) {
       for (let at = 0; at < rows.length; at += stride) lines.push(rows.subarray(at, at + stride).join(","));
     }

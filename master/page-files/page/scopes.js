@@ -172,17 +172,28 @@ export class Scope {
     let step = roundStep(high - low, count);
     // One number by itself would be no scale.
     if (Math.floor(high / step) <= Math.ceil(low / step)) step = roundStep(high - low, 2 * count);
-    const digits = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
+    // Large and small numbers have their power of ten once, at the top.
+    // What changes little compared with its size is shown from a number on.
+    const isNarrow = step < 1e-4 * Math.max(Math.abs(low), Math.abs(high));
+    const offset = isNarrow ? Math.floor(low / (10 * step)) * 10 * step : 0;
+    const most = Math.max(Math.abs(low - offset), Math.abs(high - offset));
+    const power = most >= 1e5 || step < 1e-4 ? Math.floor(Math.log10(most) + 1e-9) : 0;
+    const digits = Math.min(Math.max(0, power - Math.floor(Math.log10(step) + 1e-9)), 12);
     context.textAlign = "right";
     context.textBaseline = "middle";
     context.beginPath();
     for (let v = Math.ceil(low / step) * step; v <= high; v += step) {
       context.moveTo(box.left, y(v));
       context.lineTo(box.right, y(v));
-      const text = digits > 5 ? v.toExponential(1) : (Math.abs(v) < 1e-9 * step ? 0 : v).toFixed(digits);
+      const text = (Math.abs(v - offset) < 1e-6 * step ? 0 : (v - offset) / 10 ** power).toFixed(digits);
       context.fillText(text.replace("-", "−"), box.left - 4, y(v));
     }
     const every = roundStep(this.length, Math.max((box.right - box.left) / 70, 2));
+    if (power || isNarrow) {
+      context.textAlign = "left";
+      const scale = `${isNarrow ? `${Number(offset.toPrecision(10))} + ` : ""}${power ? `×10^${power}` : ""}`;
+      context.fillText(scale.replace("-", "−"), box.left + 3, box.top + 6);
+    }
     context.textAlign = "center";
     context.textBaseline = "alphabetic";
     for (let t = Math.ceil(from / every) * every; t <= from + this.length; t += every) {

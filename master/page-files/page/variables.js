@@ -30,16 +30,49 @@ export function displayOf({ unit, displayUnit }, description) {
 /* Whether the engine takes a value of this variable between two steps. */
 export const takesEffectAtOnce = ({ causality, variability }) => causality === "input" || (causality === "parameter" && variability === "tunable");
 
-/* Settings and ghosts that an address asks for. */
+/* The JSON of a part of an address. */
+function parsed(name, text) {
+  try {
+    return JSON.parse(text);
+  } catch {
+    throw new Error(`The address is damaged: \`${name}\` in it is no JSON.`);
+  }
+}
+
+/* Settings, ghosts, and changes, each {time, name, value}, that an address asks for; `own` has what belongs to the page, by names with an @. */
 export function settingsOf(hash) {
-  const { ghosts = "", files, ...settings } = Object.fromEntries(new URLSearchParams(hash.slice(1)));
-  return { settings: files ? { ...settings, files: JSON.parse(files) } : settings, ghosts: ghosts.split(",").filter(Boolean) };
+  const { ghosts = "", files, changes = "[]", ...rest } = Object.fromEntries(new URLSearchParams(hash.slice(1)));
+  const all = Object.entries(rest);
+  const settings = Object.fromEntries(all.filter(([name]) => !name.startsWith("@")));
+  if (files) settings.files = parsed("files", files);
+  const rows = parsed("changes", changes);
+  if (!Array.isArray(rows) || !rows.every((row) => Array.isArray(row) && row.length === 3 && Number.isFinite(row[0]) && typeof row[1] === "string")) {
+    throw new Error("The address is damaged: `changes` must be a list of [time, name, value].");
+  }
+  const own = Object.fromEntries(all.filter(([name]) => name.startsWith("@")));
+  return { settings, ghosts: ghosts.split(",").filter(Boolean), changes: rows.map(([time, name, value]) => ({ time, name, value })), own };
 }
 
 /* The address of a run. */
-export function addressOf(settings, ghosts = []) {
+export function addressOf(settings, { ghosts = [], changes = [], own = {} } = {}) {
   const text = (value) => (typeof value === "object" ? JSON.stringify(value) : String(value));
-  const all = new URLSearchParams(Object.entries(settings).map(([name, value]) => [name, text(value)]));
+  const all = new URLSearchParams(Object.entries(settings).concat(Object.entries(own)).map(([name, value]) => [name, text(value)]));
   if (ghosts.length) all.set("ghosts", ghosts.join(","));
+  if (changes.length) all.set("changes", JSON.stringify(changes.map(({ time, name, value }) => [Number(time.toFixed(9)), name, value])));
   return `#${all}`;
+}
+
+/* Has the browser copy a text: also where a page may not use the clipboard, as over plain http. */
+export async function copied(text) {
+  try {
+    await navigator.clipboard.writeText(text);
+    return true;
+  } catch {
+    const field = Object.assign(document.createElement("textarea"), { value: text });
+    document.body.append(field);
+    field.select();
+    const done = document.execCommand("copy");
+    field.remove();
+    return done;
+  }
 }

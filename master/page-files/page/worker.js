@@ -391,6 +391,8 @@
   /* The engine and the run that goes on. */
   class Session {
     rows = [];
+    planned = [];
+    next = 0;
 
     async open({ engine, system }) {
       this.playing = false;
@@ -460,7 +462,7 @@
       }
       if (files !== undefined) this.host.files = files;
       const about = this.command("restart", { settings });
-      Object.assign(this, { step: about.step, columns: 1 + about.watched.length, rows: [], error: undefined });
+      Object.assign(this, { step: about.step, columns: 1 + about.watched.length, rows: [], planned: [], next: 0, error: undefined });
       this.take();
       this.pace();
       return { ...about, time: this.time };
@@ -478,6 +480,7 @@
       this.command("restore", { id });
       Object.assign(this, { rows: [], error: undefined });
       this.take();
+      this.planFrom(this.time);
       this.pace();
       this.report();
       return this.time;
@@ -494,11 +497,34 @@
       this.time = this.last[0];
     }
 
+    /* Changes of the run that starts, each {time, name, value}: they are made at the communication points of their times. */
+    plan({ changes }) {
+      this.planned = [...changes].sort((a, b) => a.time - b.time);
+      this.planFrom(this.time);
+      return null;
+    }
+
+    /* What was planned from this time on is to come, again after a step back. */
+    planFrom(time) {
+      const first = this.planned.findIndex((change) => change.time > time - this.step / 2);
+      this.next = first < 0 ? this.planned.length : first;
+    }
+
     /* Make steps; throws where one of them fails, after those that were made. */
     make(steps) {
-      const size = this.guarded(() => this.engine.engine_advance(steps));
-      this.take();
-      if (size !== 0) this.answer(size);
+      for (let left = steps; ; ) {
+        while (this.planned[this.next]?.time < this.time + this.step / 2) {
+          const { name, value } = this.planned[this.next++];
+          this.command("set", { name, value });
+        }
+        const until = this.planned[this.next]?.time ?? Infinity;
+        const n = Math.min(left, Math.max(1, Math.round((until - this.time) / this.step)));
+        const size = this.guarded(() => this.engine.engine_advance(n));
+        this.take();
+        if (size !== 0) this.answer(size);
+        left -= n;
+        if (left <= 0) return;
+      }
     }
 
     async advance({ seconds }) {
@@ -592,18 +618,21 @@
 
   const FRAME = 1000 / 60;
   const channel = new MessageChannel();
+  /* Who waits for a turn: a run that plays may be advanced too. */
+  const waiting = [];
+  channel.port1.onmessage = () => waiting.shift()();
   /* Let other messages in; a timer of 0 would wait 4 ms. */
   const breath = (ms = 0) => new Promise((resolve) => {
     if (ms > 1) setTimeout(resolve, ms);
     else {
-      channel.port1.onmessage = resolve;
+      waiting.push(resolve);
       channel.port2.postMessage(0);
     }
   });
   const post = (message, moved) => (node ?? self).postMessage(message, moved);
   const session = new Session();
 
-  const own = ["open", "restart", "watch", "restore", "advance", "play", "pause", "memory"];
+  const own = ["open", "restart", "watch", "restore", "advance", "play", "pause", "memory", "plan"];
   let turn = Promise.resolve();
   async function obey({ id, command, its }) {
     try {

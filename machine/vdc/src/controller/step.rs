@@ -239,7 +239,7 @@ fn supervise(
         supervisor.forget_swings();
     }
     let implausible = now
-        .plausibility(state.motion.is_blocked())
+        .plausibility(state.motion.are_blocked())
         .filter(|_| !sets_off)
         .and_then(|now| {
             supervisor.monitor(&Moment {

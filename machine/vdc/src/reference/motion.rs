@@ -36,7 +36,13 @@ pub(crate) struct Motion {
 impl Motion {
     /// Whether a joint does not follow, so that nothing can be learnt from its error.
     pub(crate) fn is_blocked(&self) -> bool {
-        self.blocked.iter().any(|direction| *direction != 0.0)
+        self.are_blocked().contains(&true)
+    }
+
+    /// Whether a joint of the boom, and one of the wrist, does not follow.
+    pub(crate) fn are_blocked(&self) -> [bool; 2] {
+        let (boom, wrist) = self.blocked.split_at(3);
+        [boom, wrist].map(|joints| joints.iter().any(|direction| *direction != 0.0))
     }
 
     pub(crate) fn rest(zeta: &[f64; DOF]) -> Self {

@@ -33,6 +33,9 @@ const LASTING: f64 = 0.7;
 const SETTLED: f64 = 0.08;
 /// Time constants of the law's integral within which it removes an error.
 const REMOVED: f64 = 3.0;
+/// Change of a rod's force over the longest time of [`COMPARED`], over the rated force, by which a
+/// wrist that does not follow stands on something.
+const PUSHED: f64 = 0.25;
 /// Time for which a difference must last, s: readings may be lost or late.
 const LASTS: f64 = 0.01;
 /// Multiple of a bound beyond which a difference of positions need not last.
@@ -72,6 +75,13 @@ const CURRENT: f64 = 0.05;
 /// later beyond the wanted one. The last has the least inertia, and jumps when it no longer sticks.
 const UNSETTLED: f64 = 4.0;
 const RUNAWAY: [f64; 3] = [1.5, 1.5, 2.5];
+/// Acceleration of a wrist joint that is faster than any command, rad/s², and the shortest step that
+/// shows it, s: the largest torques give an empty hook 500.
+const JUMPS: f64 = 300.0;
+const SHORTEST: f64 = 1e-3;
+/// Acceleration of a rod or its motor that only a sensor tells, over the rated speed, 1/s: machines of
+/// the strict world have 40.
+const SPEED_JUMPS: f64 = 200.0;
 
 /// What the law makes of the measurements, which the monitors compare them with.
 #[derive(Clone, Copy, Debug, Default)]
@@ -79,8 +89,9 @@ pub(crate) struct Plausibility {
     /// Desired minus actual tip position, m, and angle between the orientations, rad.
     pub(crate) tip_error: [f64; 3],
     pub(crate) orientation_error: f64,
-    /// Whether commanded rates wait for a joint that does not follow: the error is bounded then.
-    pub(crate) waits: bool,
+    /// Whether commanded rates wait for a joint of the boom, and of the wrist, that does not follow: the
+    /// error is bounded then.
+    pub(crate) waits: [bool; 2],
     /// Rod travel per angle of the first three joints, m/rad.
     pub(crate) primes: [f64; 3],
     /// Required joint rates, rad/s.
@@ -181,6 +192,8 @@ pub(crate) struct Monitors {
     angles: [f64; DOF],
     rates: [Alarm; DOF],
     ways: [[Way; COMPARED.len()]; 3],
+    /// Speeds of the rods in the step before by joint, motor and encoder, m/s.
+    speeds: [[f64; 3]; 3],
     /// Angles read last, rad, and motion wanted since they changed, rad.
     read: [f64; DOF],
     unseen: [f64; DOF],
@@ -197,8 +210,9 @@ pub(crate) struct Monitors {
     disobeys: [Alarm; 3],
     /// Currents commanded in the step before, A.
     commanded: [f64; 3],
-    /// Rates of the wrist, and their differences from the wanted ones, smoothed, rad/s.
-    wrist: [[f64; 2]; 3],
+    /// Rates of the wrist in the step before; smoothed; and their smoothed differences from the wanted
+    /// ones, rad/s.
+    wrist: [[f64; 3]; 3],
     /// Drives of rods and wrist that do not do what they are told.
     pub(super) erring: [bool; DOF],
 }
@@ -229,6 +243,10 @@ impl Monitors {
             error: now.tip_error,
             orientation_error: now.orientation_error,
             angles: input.zeta,
+            speeds: std::array::from_fn(|i| {
+                let by_motor = maps::travel_per_radian(nominal.parameters()[i]) * input.w_m[i];
+                [now.primes[i] * input.zeta_dot[i], by_motor, input.x_dot[i]]
+            }),
             ways: input.F.map(|force| {
                 [Way {
                     force,
@@ -237,6 +255,7 @@ impl Monitors {
             }),
             read: input.zeta,
             commanded: now.i_q_required,
+            wrist: std::array::from_fn(|j| [input.zeta_dot[3 + j], 0.0, 0.0]),
             factors: [1.0; 3],
             torques: std::array::from_fn(|i| {
                 maps::inertia(nominal.parameters()[i], 1.0) * input.w_m[i]
@@ -261,7 +280,12 @@ impl Monitors {
         // Without a model the error is that of the load, and the law has no bound for it.
         let has_model = settings.mode.law().knows_actuators();
         let removes = removes(settings);
-        if now.waits {
+        let slow_ways = self.ways.iter().map(|ways| ways[COMPARED.len() - 1].force);
+        let changed = slow_ways
+            .zip(at.input.F)
+            .map(|(force, now)| (now - force).abs());
+        let is_pushed = (changed.zip(&at.nominal.ratings)).any(|(f, rated)| f > PUSHED * rated[0]);
+        if now.waits[0] || now.waits[1] && is_pushed {
             self.settled = 0.0;
         }
         if self.settled < removes {
@@ -299,6 +323,12 @@ impl Monitors {
         for (i, ways) in self.ways.iter_mut().enumerate() {
             let by_joint = now.primes[i] * input.zeta_dot[i];
             let by_motor = maps::travel_per_radian(nominal.parameters()[i]) * input.w_m[i];
+            let speeds = [by_joint, by_motor, input.x_dot[i]];
+            let most = SPEED_JUMPS * nominal.ratings[i][1] * h.max(SHORTEST);
+            for (before, speed) in self.speeds[i].iter_mut().zip(speeds) {
+                is_on |= (speed - *before).abs() > most;
+                *before = speed;
+            }
             for (way, (time, gear)) in ways.iter_mut().zip(COMPARED) {
                 let forgets = share(h / time);
                 way.force += forgets * (input.F[i] - way.force);
@@ -403,11 +433,15 @@ impl Monitors {
         let (limits, reached) = (RateLimits::default().joint, share(h * SMOOTHED));
         let is_settled = self.settled >= removes(settings);
         let mut is_on = false;
-        for (j, [rate, more]) in (3..DOF).zip(&mut self.wrist) {
+        for (j, [before, rate, smoothed]) in (3..DOF).zip(&mut self.wrist) {
+            let jump = input.zeta_dot[j] - *before;
+            let more = input.zeta_dot[j] - now.zeta_dot_r[j];
+            *before = input.zeta_dot[j];
             *rate += reached * (input.zeta_dot[j] - *rate);
-            *more += reached * (input.zeta_dot[j] - now.zeta_dot_r[j] - *more);
+            *smoothed += reached * (more - *smoothed);
+            let sets_off = jump.abs() > JUMPS * h.max(SHORTEST) && more.abs() > limits[j];
             self.erring[j] |= rate.abs() > UNSETTLED * limits[j]
-                || is_settled && more.abs() > RUNAWAY[j - 3] * limits[j];
+                || is_settled && (sets_off || smoothed.abs() > RUNAWAY[j - 3] * limits[j]);
             is_on |= self.erring[j];
         }
         is_on

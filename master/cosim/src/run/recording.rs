@@ -8,6 +8,7 @@ use crate::structure::system::System;
 use crate::wiring::Port;
 
 /// Recorded signals.
+#[derive(Clone)]
 pub struct Recording {
     /// Communication points, s.
     pub times: Vec<f64>,

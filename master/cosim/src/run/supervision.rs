@@ -91,23 +91,23 @@ impl Supervision {
 
     /// Terminates all instances and returns the verdict.
     pub fn end(&self, system: &System, master: Master) -> Result<Verdict> {
-        let mut verdict = self.verdict(system, &master);
+        let mut verdict = self.so_far(system, &master, Vec::new());
+        master.terminate()?;
+        tell(system, messages::take(), &mut verdict);
+        Ok(verdict)
+    }
+
+    /// The verdict so far, with these messages of the FMUs.
+    pub fn so_far(&self, system: &System, master: &Master, messages: Vec<Message>) -> Verdict {
+        let mut verdict = self.verdict(system, master);
         for instance in master.instances() {
             if let Some(integration) = instance.integration() {
                 let method = instance.fmu().method().map(method_name);
                 verdict.note(describe(&instance.name, method, &integration));
             }
         }
-        master.terminate()?;
-        // Threads have delivered their messages one after the other.
-        let mut messages = messages::take();
-        let components = system.structure.components.iter().enumerate();
-        let components: HashMap<_, _> = components.map(|(k, c)| (c.name.as_str(), k)).collect();
-        let component = |m: &Message| components.get(&*m.instance).copied();
-        messages.sort_by_key(|message| component(message).unwrap_or(usize::MAX));
-        let findings = messages.iter().filter(|message| !message.is_info);
-        findings.for_each(|message| verdict.note(message.to_string()));
-        Ok(verdict)
+        tell(system, messages, &mut verdict);
+        verdict
     }
 
     /// Which output diverges since when, as text.
@@ -120,6 +120,17 @@ impl Supervision {
              communication step of {step} s is too long for the loops of this system"
         ))
     }
+}
+
+/// Adds what the FMUs said, apart from information. Threads have delivered their messages one after
+/// the other.
+fn tell(system: &System, mut messages: Vec<Message>, verdict: &mut Verdict) {
+    let components = system.structure.components.iter().enumerate();
+    let components: HashMap<_, _> = components.map(|(k, c)| (c.name.as_str(), k)).collect();
+    let component = |m: &Message| components.get(&*m.instance).copied();
+    messages.sort_by_key(|message| component(message).unwrap_or(usize::MAX));
+    let findings = messages.iter().filter(|message| !message.is_info);
+    findings.for_each(|message| verdict.note(message.to_string()));
 }
 
 /// Judges the energy that the coupling created or lost at each bond, relative to the energy through

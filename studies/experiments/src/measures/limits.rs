@@ -44,6 +44,7 @@ enum Meaning {
 }
 
 /// A limit and how close the run came to it.
+#[derive(Clone)]
 struct Limit {
     name: String,
     unit: &'static str,
@@ -62,7 +63,7 @@ struct Limit {
 }
 
 /// Watches the limits and ratings of a machine while it runs.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub struct LimitWatch {
     ports: Vec<Port>,
     limits: Vec<Limit>,

@@ -128,6 +128,58 @@ impl TipError {
     }
 }
 
+/// Watches a run of the machine: its tip error, its limits and ratings.
+#[derive(Clone)]
+pub struct MachineWatch {
+    /// Tip error so far.
+    pub tip: TipError,
+    watch: LimitWatch,
+    /// Findings on the reference.
+    pub reference: Verdict,
+    signals: Signals,
+}
+
+impl MachineWatch {
+    /// For a run of `experiment` that begins; the limits are those of the manipulator's `file`.
+    pub fn new(
+        system: &System,
+        experiment: &Experiment,
+        master: &Master,
+        file: Option<&MachineFile>,
+    ) -> Result<Self> {
+        let parameter = |port| master.number(port);
+        let tip_error = tip_error_port(system)?;
+        let of_controller = |name| parameter(system.port_of(tip_error.component, name)?);
+        let tip = TipError::new(of_controller(MOTION_START).unwrap_or(0.0));
+        let watch = LimitWatch::new(system, &parameter, file)?;
+        let reference = check_reference(system, experiment, &parameter)?;
+        let signals = Signals::new(system, &[&[tip_error], watch.ports()].concat())?;
+        Ok(Self {
+            tip,
+            watch,
+            reference,
+            signals,
+        })
+    }
+
+    /// Adds the present communication point.
+    pub fn add(&mut self, master: &Master) -> Result<()> {
+        let [distance, watched @ ..] = self.signals.read(master)? else {
+            unreachable!("the tip error is read first");
+        };
+        self.tip.add(master.time(), *distance);
+        self.watch.add(master.time(), watched);
+        Ok(())
+    }
+
+    /// Findings on limits, ratings and the reference; a run that failed tells no alarm.
+    pub fn verdict(&self, system: &System, is_whole: bool) -> Verdict {
+        let mut limits = self.reference.clone();
+        limits.extend((self.watch).verdict(|port| is_whole && system.has_alarm(port)));
+        limits
+    }
+}
+
 /// The result of a run.
 #[derive(Clone, Debug)]
 pub struct Outcome {
@@ -158,26 +210,12 @@ pub fn run(
     let file = MachineFile::from_plant(system, &experiment.settings)?;
     let started = experiment.start_until(system, experiment.stop);
     let master = started.map_err(refused_path)?;
-    let parameter = |port| master.number(port);
-    let tip_error = tip_error_port(system)?;
-    let of_controller = |name| parameter(system.port_of(tip_error.component, name)?);
-    let mut tip = TipError::new(of_controller(MOTION_START).unwrap_or(0.0));
     let stop = end_time(system, experiment, &master)?;
-    let mut watch = LimitWatch::new(system, &parameter, file.as_ref())?;
-    let mut limits = check_reference(system, experiment, &parameter)?;
-    let mut signals = Signals::new(system, &[&[tip_error], watch.ports()].concat())?;
-    let own = &mut Function(|master: &Master| {
-        let [distance, watched @ ..] = signals.read(master)? else {
-            unreachable!("the tip error is read first");
-        };
-        tip.add(master.time(), *distance);
-        watch.add(master.time(), watched);
-        Ok(())
-    });
+    let mut watch = MachineWatch::new(system, experiment, &master, file.as_ref())?;
+    let own = &mut Function(|master: &Master| watch.add(master));
     let observers = &mut Observers(vec![own, observer]);
     let done = run_plan(system, master, &Plan::to(stop), progress, observers);
-    // A run that failed tells no alarm.
-    limits.extend(watch.verdict(|port| done.is_ok() && system.has_alarm(port)));
+    let (limits, tip) = (watch.verdict(system, done.is_ok()), watch.tip);
     match done {
         Ok(run) => Ok(Outcome { run, tip, limits }),
         Err(error) if limits.is_bad() && !error.is::<Interrupted>() => {

@@ -31,6 +31,10 @@ pub struct LiveScene<'a> {
     tree: &'a Tree,
     /// Rated force of each rod, N.
     rated: [f64; 3],
+    /// Least and largest angle of each joint, rad.
+    joints: [[f64; 2]; 6],
+    /// Least and largest stroke of each rod, m.
+    strokes: [[f64; 2]; 3],
 }
 
 #[derive(Serialize)]
@@ -79,6 +83,8 @@ impl Scene {
             bodies: &self.bodies,
             tree: &self.tree,
             rated: machine.ratings.in_order().map(|ratings| ratings.force_max),
+            joints: machine.limits.zeta(),
+            strokes: machine.limits.strokes(),
         }
     }
 

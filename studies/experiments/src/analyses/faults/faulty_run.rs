@@ -10,12 +10,14 @@ use cosim::run::interrupt;
 use cosim::{Master, System};
 use serde::{Deserialize, Serialize};
 
-use super::grid::{Fault, Instant};
+use super::grid::{BY_RATES, Fault, Instant};
 use super::undisturbed::{Excess, Reading, Readings, STANDS, Undisturbed};
 use crate::runs::ended_run::Fate;
 use crate::runs::run_store::RunStore;
 
 /// Error up to which a run is kept, m; on the path of all six joints twice that without a fault.
+/// Commanded rates have no path: whoever commands them sees the tip, and [`BEYOND_ORACLE`] is allowed
+/// as for a stop.
 const KEPT: f64 = 5e-3;
 /// Most that a stop may cost beyond the oracle, and in all: distance from the path, m, and force
 /// over the rated one.
@@ -116,7 +118,7 @@ impl<'a> Runner<'a> {
         let (master, saved) = self.started.as_mut().expect("started above");
         master.restore(saved)?;
         master.apply_faults(system, faults)?;
-        let mut watch = Watch::new(self.undisturbed, self.oracle, time);
+        let mut watch = Watch::new(self.undisturbed, &self.instant, self.oracle, time);
         while watch.ended.is_none() {
             if let Err(error) = master.step() {
                 watch.ended = Some((Fate::Lost, format!("{error:#}")));
@@ -148,15 +150,16 @@ struct Watch<'a> {
 }
 
 impl<'a> Watch<'a> {
-    fn new(undisturbed: &'a Undisturbed, oracle: Excess, time: f64) -> Self {
+    fn new(undisturbed: &'a Undisturbed, instant: &Instant, oracle: Excess, time: f64) -> Self {
         let is_own_path = undisturbed.motion.error > 0.5 * KEPT;
         Self {
             undisturbed,
             oracle,
             time,
-            kept: match is_own_path {
-                true => 2.0 * undisturbed.motion.error,
-                false => KEPT,
+            kept: match (instant.path, is_own_path) {
+                (BY_RATES, _) => BEYOND_ORACLE.distance,
+                (_, true) => 2.0 * undisturbed.motion.error,
+                (_, false) => KEPT,
             },
             excess: Excess::default(),
             error: 0.0,

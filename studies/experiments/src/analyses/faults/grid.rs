@@ -17,8 +17,10 @@ use crate::measures::run::motion_end;
 use crate::setup::machine_choice::MachineFile;
 use crate::setup::start_values::{add_settings, trajectory_settings};
 
-/// The paths, `rates` with [`RATES`].
-pub const PATHS: [&str; 3] = ["triangular", SIX_JOINTS, "rates"];
+/// The paths.
+pub const PATHS: [&str; 3] = ["triangular", SIX_JOINTS, BY_RATES];
+/// No path, but [`RATES`].
+pub const BY_RATES: &str = "rates";
 /// Payloads, kg.
 pub const PAYLOADS: [f64; 2] = [0.0, 300.0];
 /// Times of the faults, as shares of the time from the first second to the end of the motion.
@@ -143,13 +145,13 @@ impl Instant {
         let mut settings = common.to_vec();
         settings.push(system.setting("hdrm.payload.mass", self.payload)?);
         settings.extend(trajectory_settings(system, self.path)?);
-        if self.path == "rates" {
+        if self.path == BY_RATES {
             for (k, rate) in (1..).zip(RATES) {
                 settings.push(system.setting(&format!("rate.joint[{k}]"), rate)?);
             }
         }
         let mut experiment = add_settings(system, base, settings)?;
-        experiment.stop = Some(if self.path == "rates" {
+        experiment.stop = Some(if self.path == BY_RATES {
             RATES_END
         } else {
             let end = motion_end(system, &experiment.start(system)?);
