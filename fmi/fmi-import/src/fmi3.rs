@@ -72,6 +72,8 @@ pub struct Fmi3Instance {
     has_event: Cell<bool>,
     /// Output clocks that are connected: their ticks are passed on.
     listened: RefCell<Vec<u32>>,
+    /// Clocks of model partitions that others have ticked, until their inputs are there.
+    waiting: RefCell<Vec<u32>>,
     /// Workspace for the values that one call passes.
     passed: RefCell<Vec<u64>>,
     /// The same for bytes.
@@ -108,6 +110,7 @@ impl Fmi3Instance {
             },
             has_event: Cell::new(false),
             listened: RefCell::default(),
+            waiting: RefCell::new(Vec::with_capacity(plan.count())),
             binaries: RefCell::default(),
             passed: RefCell::new(vec![0; layout.initial.len()]),
             rates: RefCell::new(vec![0.0; layout.initial.len()]),

@@ -52,13 +52,17 @@ impl Fmi3Instance {
         self.set_clocked()
     }
 
-    /// Activates a clock, at `t`, s. In Scheduled Execution its partition is computed, so its inputs
-    /// come before.
+    /// Activates a clock, or the model partition of Scheduled Execution at `t`, s.
     fn set_clock(&self, reference: u32, t: f64) -> Result<()> {
         self.tracked.active.borrow_mut().push(reference);
-        if !self.plan.is_scheduled {
-            return Answer::check(self.raw.set_clock(reference, true), "fmi3SetClock");
+        match self.plan.is_scheduled {
+            true => self.compute_partition(reference, t),
+            false => Answer::check(self.raw.set_clock(reference, true), "fmi3SetClock"),
         }
+    }
+
+    /// Computes the model partition of an active clock at `t`, s, for which its inputs are set.
+    fn compute_partition(&self, reference: u32, t: f64) -> Result<()> {
         self.set_clocked()?;
         let status = self.raw.activate_model_partition(reference, t);
         Answer::check(status, "fmi3ActivateModelPartition")
@@ -107,12 +111,18 @@ impl Fmi3Instance {
         Ok(())
     }
 
-    /// Activates input clocks whose value is not 0, in Event Mode, and sets their inputs.
+    /// Activates input clocks whose value is not 0, in Event Mode, and sets their inputs. The inputs of
+    /// model partitions may come after their ticks: [`Self::update_events`] computes them.
     pub(super) fn set_clocks(&self, references: &[u32], values: &[f64]) -> Result<()> {
         for (reference, _) in references.iter().zip(values).filter(|(_, on)| **on != 0.0) {
             if !self.tracked.active.borrow().contains(reference) {
                 self.enter_events()?;
-                self.set_clock(*reference, self.tracked.time.get())?;
+                if self.plan.is_scheduled {
+                    self.tracked.active.borrow_mut().push(*reference);
+                    self.waiting.borrow_mut().push(*reference);
+                } else {
+                    self.set_clock(*reference, self.tracked.time.get())?;
+                }
             }
         }
         self.set_clocked()
@@ -146,6 +156,9 @@ impl Fmi3Instance {
     pub(super) fn update_events(&self) -> Result<bool> {
         if self.tracked.mode.get() != Mode::Event {
             return Ok(false);
+        }
+        for reference in self.waiting.borrow_mut().drain(..) {
+            self.compute_partition(reference, self.tracked.time.get())?;
         }
         if self.ask_clocks()? {
             return Ok(true);

@@ -396,7 +396,8 @@ fn start_values_are_checked() {
 fn events_without_end_are_named() {
     let plain = system("finite-events", Version::Fmi3, &["a.y=b.u"]);
     for (ahead, parts) in [
-        ("1", ["`a` has had 1000 events in a row", "at t = 0.8"]),
+        // The FMU has come to 0.8 s less an ulp: what it announces there is left to the next step.
+        ("1", ["`a` has had 1000 events in a row", "at t = 0.9"]),
         ("2", ["fmi3DoStep returned early", "at 0.8"]),
         ("3", ["a", "still change after 100 passes"]),
         (
