@@ -166,7 +166,7 @@ def test_cosim_schedules_them(fmu, tmp_path):
     for options in runs:
         out = tmp_path / "out.csv"
         connected = ["--connect", "a.outClock=b.inClock2", "--connect", "a.totalInClockTicks=b.input2"]
-        command = [program("cosim"), "run", a, b, *connected, "--stop-time", "9.5", "--step", "0.5", *options, "--csv", out]
+        command = [program("cosim"), "run", a, b, *connected, "--stop-time", "9.5", "--step", "0.5", *options, "--signals", "a.*,b.*", "--csv", out]
         done = subprocess.run(command, capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         with open(out) as file:
