@@ -235,7 +235,7 @@ pub fn as_component(description: &Description) -> Description {
     let own = &mut by_element.capabilities;
     match by_element.interface {
         Interface::CoSimulation => {}
-        Interface::ModelExchange => *own = component_capabilities(own.clone()),
+        Interface::ModelExchange => *own = component_capabilities(*own),
         // Whoever schedules decides when what is computed.
         Interface::ScheduledExecution => (own.event_mode, own.variable_step) = (true, true),
     }
