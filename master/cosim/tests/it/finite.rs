@@ -414,7 +414,6 @@ fn events_without_end_are_named() {
     }
     // At 0.8 s = 0.5 s + 3·0.1 s the FMU has come to (0.5 s + 2·0.1 s) + 0.1 s, which is less: it
     // announces that event anew, and there is no step of length 0.
-    assert!(0.5 + 2.0 * 0.1 + 0.1 < 0.5 + 3.0 * 0.1);
     for schedule in [Schedule::Standard, Schedule::Jacobi] {
         let base = experiment(&plain, &["a.ahead=4"], schedule);
         let mut master = base.start(&plain).unwrap();

@@ -216,7 +216,7 @@ fn an_event_within_a_repeated_step_ticks_at_its_time() {
         };
         let ticked = rows.by_ref().find(|(_, ticks)| *ticks > 0.0);
         assert_eq!(ticked, Some((first, 1.0)), "{schedule:?}");
-        assert_eq!(rows.last(), Some((end, 1.0)), "{schedule:?}");
+        assert_eq!(rows.next_back(), Some((end, 1.0)), "{schedule:?}");
     }
     // Nobody passes it on where steps may end early and are not repeated.
     let stepping = Stepping {
