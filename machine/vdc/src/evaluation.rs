@@ -134,8 +134,8 @@ impl Evaluation {
         machine.is_some_and(|machine| machine.weighing.is_some())
     }
 
-    /// What measurements are compared with, where the reference `waits` for joints of boom or wrist, or does not; None
-    /// at [`crate::Level::Actuator`].
+    /// What measurements are compared with, where the reference `waits` for joints of boom or wrist, or
+    /// does not; None at [`crate::Level::Actuator`].
     pub(crate) fn plausibility(&self, waits: [bool; 2]) -> Option<Plausibility> {
         let machine = self.machine.as_ref()?;
         Some(Plausibility {

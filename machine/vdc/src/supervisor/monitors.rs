@@ -109,6 +109,15 @@ pub(crate) struct Moment<'a> {
     pub(crate) h: f64,
 }
 
+impl Moment<'_> {
+    /// Speeds of rod `i`, counted from 0, by its joint, its motor and its own encoder, m/s.
+    fn rod_speeds(&self, i: usize) -> [f64; 3] {
+        let (now, input) = (self.now, self.input);
+        let by_motor = maps::travel_per_radian(self.nominal.parameters()[i]) * input.w_m[i];
+        [now.primes[i] * input.zeta_dot[i], by_motor, input.x_dot[i]]
+    }
+}
+
 /// A difference beyond its bound, with hysteresis.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Alarm {
@@ -243,10 +252,7 @@ impl Monitors {
             error: now.tip_error,
             orientation_error: now.orientation_error,
             angles: input.zeta,
-            speeds: std::array::from_fn(|i| {
-                let by_motor = maps::travel_per_radian(nominal.parameters()[i]) * input.w_m[i];
-                [now.primes[i] * input.zeta_dot[i], by_motor, input.x_dot[i]]
-            }),
+            speeds: std::array::from_fn(|i| at.rod_speeds(i)),
             ways: input.F.map(|force| {
                 [Way {
                     force,
@@ -280,12 +286,12 @@ impl Monitors {
         // Without a model the error is that of the load, and the law has no bound for it.
         let has_model = settings.mode.law().knows_actuators();
         let removes = removes(settings);
-        let slow_ways = self.ways.iter().map(|ways| ways[COMPARED.len() - 1].force);
-        let changed = slow_ways
-            .zip(at.input.F)
-            .map(|(force, now)| (now - force).abs());
-        let is_pushed = (changed.zip(&at.nominal.ratings)).any(|(f, rated)| f > PUSHED * rated[0]);
-        if now.waits[0] || now.waits[1] && is_pushed {
+        let is_pushed = || {
+            let slowest = self.ways.iter().map(|ways| ways[COMPARED.len() - 1].force);
+            let mut rods = slowest.zip(at.input.F).zip(&at.nominal.ratings);
+            rods.any(|((before, force), rated)| (force - before).abs() > PUSHED * rated[0])
+        };
+        if now.waits[0] || now.waits[1] && is_pushed() {
             self.settled = 0.0;
         }
         if self.settled < removes {
@@ -318,12 +324,11 @@ impl Monitors {
 
     /// Ways of the rods by their joints, by the motors, and by their own encoders.
     fn rods(&mut self, at: &Moment) -> bool {
-        let (now, nominal, input, h) = (at.now, at.nominal, at.input, at.h);
+        let (nominal, input, h) = (at.nominal, at.input, at.h);
         let mut is_on = false;
         for (i, ways) in self.ways.iter_mut().enumerate() {
-            let by_joint = now.primes[i] * input.zeta_dot[i];
-            let by_motor = maps::travel_per_radian(nominal.parameters()[i]) * input.w_m[i];
-            let speeds = [by_joint, by_motor, input.x_dot[i]];
+            let speeds = at.rod_speeds(i);
+            let [by_joint, by_motor, by_rod] = speeds;
             let most = SPEED_JUMPS * nominal.ratings[i][1] * h.max(SHORTEST);
             for (before, speed) in self.speeds[i].iter_mut().zip(speeds) {
                 is_on |= (speed - *before).abs() > most;
@@ -335,7 +340,7 @@ impl Monitors {
                 way.travelled += h * by_joint - forgets * way.travelled;
                 let geared = PLAY + gear * way.travelled.abs();
                 let bent = (input.F[i] - way.force).abs() / SOFTEST;
-                for (k, (other, bound)) in [(by_motor, geared + bent), (input.x_dot[i], geared)]
+                for (k, (other, bound)) in [(by_motor, geared + bent), (by_rod, geared)]
                     .into_iter()
                     .enumerate()
                 {
