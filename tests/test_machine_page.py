@@ -226,12 +226,9 @@ def test_ghosts_run_beside_it(page):
     until(page, lambda: "ghosts=pd" in page.execute_script("return location.hash"))
     advance(page, 1.5)
 
-    def errors():
-        """Of the machine and of the ghost, mm; none while they are not written yet."""
-        found = re.search(r"tip error\s(\S+) mm\s+pd\s(\S+) mm", shown(page, "readout"))
-        return [float(value) for value in found.groups()] if found and "–" not in found[0] else [1.0, 1.0]
-
-    until(page, lambda: errors()[1] > 10 * errors()[0])
+    machine, ghost = (get(page, "controller.tip_error_norm", *law) for law in ((), ("pd",)))
+    assert ghost > 10 * machine > 0, (ghost, machine)
+    until(page, lambda: re.search(r"tip error\s[\d.]\S* mm\s+pd\s[\d.]\S* mm", shown(page, "readout")))
     page.execute_script("document.querySelector('#ghosts [value=pd]').click()")
     until(page, lambda: "ghosts" not in page.execute_script("return location.hash"))
 
