@@ -42,9 +42,10 @@ const LASTS: f64 = 0.01;
 const AT_ONCE: f64 = 2.0;
 /// Part of a bound below which an alarm that builds up is forgotten.
 const RELEASES: f64 = 0.8;
-/// Difference of angle and integrated rate, rad: speeds by difference lag by a filter of 5 ms, at
-/// twice the largest acceleration of a joint 1 rad/s².
-const ANGLE: f64 = 2.0 * 1.0 * 0.005 * FORGETS;
+/// Differences of angle and integrated rate over the times of [`COMPARED`], rad: speeds by difference lag
+/// by a filter of 5 ms, so by 5 ms times the change of the rate: 2 rad/s² for the shorter time, 0.7 rad/s
+/// at all.
+const ANGLES: [f64; 2] = [2.5e-3, 3.5e-3];
 /// Difference of joint and motor at the rod, m, without a change of force: play of screw and pins.
 const PLAY: f64 = 5e-4;
 /// Times over which ways of the rods are compared, s, and the errors of the nominal gear from joint
@@ -56,9 +57,17 @@ const SOFTEST: f64 = 12e6;
 /// rad. A joint of the wrist sticks at its turn, the more the less it bears; the second bears the
 /// payload, and without its encoder it runs away.
 const UNSEEN: [f64; DOF] = [0.02, 0.02, 0.02, 0.04, 0.025, 0.05];
-/// Steps in which a noisy reading changes each time before it is known as noisy, and in which it
-/// then may repeat.
+/// A joint sticks no more than it has shown: the multiple of the longest time, and of the most motion, for
+/// which its encoder has shown the same count, and the least of both, s and rad; readings may be lost for
+/// 50 ms. It has shown it when it has been watched for a time, s, before it stands, and for a multiple of
+/// that longest time.
+const LONGER: f64 = 3.0;
+const STANDS: [f64; 2] = [0.06, 0.003];
+const SHOWN: [f64; 2] = [1.0, 100.0];
+/// Changes by which a noisy reading is known, the repeats that it may have between them by chance, and
+/// those that it then may have because readings are lost.
 const NOISY: u32 = 200;
+const FEW: u32 = 10;
 const REPEATS: u32 = 50;
 /// Torque that friction explains, over that of the rated force.
 const UNEXPLAINED: f64 = 0.25;
@@ -155,6 +164,37 @@ struct Way {
     force: f64,
 }
 
+/// For how long an encoder has shown the same count.
+#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
+struct Encoder {
+    angle: f64,
+    /// Time for which it has stood, s, and motion of its joint that was wanted meanwhile, with the
+    /// forgetting time, rad: now, and at most before.
+    stands: [f64; 2],
+    most: [f64; 2],
+}
+
+impl Encoder {
+    /// Adds a reading, and what is `more` when it is the one before; the size of the unseen motion.
+    fn add(&mut self, angle: f64, more: [f64; 2], forgets: f64) -> f64 {
+        if angle == self.angle {
+            self.stands[0] += more[0];
+            self.stands[1] += more[1] - forgets * self.stands[1];
+        } else {
+            self.most = std::array::from_fn(|k| self.most[k].max(self.stands[k].abs()));
+            (self.angle, self.stands) = (angle, [0.0; 2]);
+        }
+        self.stands[1].abs()
+    }
+
+    /// Whether it stands as it has not done before in a machine that was watched for a time, s.
+    fn is_stale(&self, looked: f64) -> bool {
+        let [time, longest] = [self.stands[0], self.most[0]];
+        let has_shown = looked - time > SHOWN[0] && looked > SHOWN[1] * longest;
+        has_shown && (0..2).all(|k| self.stands[k].abs() > STANDS[k].max(LONGER * self.most[k]))
+    }
+}
+
 /// Whether a reading that used to change repeats.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct Repeats {
@@ -169,7 +209,7 @@ impl Repeats {
         if reading == self.last {
             self.repeats += 1;
         } else {
-            self.changes = if self.repeats > 0 {
+            self.changes = if self.repeats > FEW {
                 0
             } else {
                 self.changes.saturating_add(1)
@@ -197,21 +237,21 @@ pub(crate) struct Monitors {
     /// Errors of the step before, m and rad.
     error: [f64; 3],
     orientation_error: f64,
-    /// Angles that the integrated rates lead to, rad.
-    angles: [f64; DOF],
-    rates: [Alarm; DOF],
+    /// Angles minus their integrated rates, over the times of [`COMPARED`], rad.
+    angles: [[f64; COMPARED.len()]; DOF],
+    rates: [[Alarm; COMPARED.len()]; DOF],
     ways: [[Way; COMPARED.len()]; 3],
     /// Speeds of the rods in the step before by joint, motor and encoder, m/s.
     speeds: [[f64; 3]; 3],
-    /// Angles read last, rad, and motion wanted since they changed, rad.
-    read: [f64; DOF],
-    unseen: [f64; DOF],
+    /// Of the joints and the motors.
+    encoders: [Encoder; DOF + 3],
     /// Currents and forces.
     noisy: [[Repeats; 3]; 3],
     /// Torque that force and friction do not explain, as z of the observer `ω (z − J w)`, N·m·s.
     torques: [f64; 3],
-    /// Factor of each motor's torque, and the time for which it has been looked for, s.
+    /// Factor of each motor's torque.
     factors: [f64; 3],
+    /// Time for which the machine has been watched, s.
     looked: f64,
     drags: [Alarm; 3],
     /// Smoothed differences of direct and quadrature current from their commands, A.
@@ -232,6 +272,7 @@ impl Monitors {
         if !self.has_begun {
             self.begin(at);
         }
+        self.looked += at.h;
         let alarms = [
             (Cause::Current, self.currents(at)),
             (Cause::JointRate, self.angles(at)),
@@ -251,7 +292,6 @@ impl Monitors {
             has_begun: true,
             error: now.tip_error,
             orientation_error: now.orientation_error,
-            angles: input.zeta,
             speeds: std::array::from_fn(|i| at.rod_speeds(i)),
             ways: input.F.map(|force| {
                 [Way {
@@ -259,7 +299,10 @@ impl Monitors {
                     ..Way::default()
                 }; COMPARED.len()]
             }),
-            read: input.zeta,
+            encoders: std::array::from_fn(|j| Encoder {
+                angle: input.zeta.get(j).copied().unwrap_or_default(),
+                ..Encoder::default()
+            }),
             commanded: now.i_q_required,
             wrist: std::array::from_fn(|j| [input.zeta_dot[3 + j], 0.0, 0.0]),
             factors: [1.0; 3],
@@ -310,14 +353,16 @@ impl Monitors {
     /// Angles compared with their integrated rates.
     fn angles(&mut self, at: &Moment) -> bool {
         let (input, h) = (at.input, at.h);
-        let forgets = share(h / FORGETS);
         let mut is_on = false;
         for j in 0..DOF {
-            let angle = &mut self.angles[j];
-            *angle += h * input.zeta_dot[j];
-            let difference = input.zeta[j] - *angle;
-            *angle += forgets * difference;
-            is_on |= self.rates[j].add_position(difference.abs(), ANGLE, h);
+            let more = input.zeta[j] - self.encoders[j].angle - h * input.zeta_dot[j];
+            let alarms = self.angles[j].iter_mut().zip(&mut self.rates[j]);
+            for ((difference, alarm), (bound, (time, _))) in
+                alarms.zip(ANGLES.into_iter().zip(COMPARED))
+            {
+                *difference += more - share(h / time) * *difference;
+                is_on |= alarm.add_position(difference.abs(), bound, h);
+            }
         }
         is_on
     }
@@ -354,28 +399,28 @@ impl Monitors {
         is_on
     }
 
-    /// Encoders that show no motion, and readings without their noise. Where all noise is gone, the
-    /// machine has none.
+    /// Encoders that show no motion, and readings without their noise. Where all noise of an axis is gone,
+    /// it has none.
     fn stale(&mut self, at: &Moment) -> bool {
         let (now, input, h) = (at.now, at.input, at.h);
         let (mut is_on, forgets) = (false, share(h / FORGETS));
-        for (j, most) in UNSEEN.into_iter().enumerate() {
-            if input.zeta[j] == self.read[j] {
-                self.unseen[j] += h * now.zeta_dot_r[j] - forgets * self.unseen[j];
-            } else {
-                (self.read[j], self.unseen[j]) = (input.zeta[j], 0.0);
-            }
-            is_on |= self.unseen[j].abs() > most;
+        let joints = input.zeta.into_iter().zip(now.zeta_dot_r).zip(UNSEEN);
+        let motors = input.theta_m.into_iter().flatten().zip(now.zeta_dot_r);
+        let encoders = joints.chain(motors.map(|motor| (motor, f64::INFINITY)));
+        for (encoder, ((angle, rate), bound)) in self.encoders.iter_mut().zip(encoders) {
+            is_on |=
+                encoder.add(angle, [h, h * rate], forgets) > bound || encoder.is_stale(self.looked);
         }
-        let (mut is_noisy, mut is_stale) = (false, false);
         for (i, noisy) in self.noisy.iter_mut().enumerate() {
             let readings = [input.i_d[i], input.i_q[i], input.F[i]];
+            let (mut is_noisy, mut is_stale) = (false, false);
             for (repeats, reading) in noisy.iter_mut().zip(readings) {
                 is_noisy |= repeats.add(reading) && repeats.changes >= NOISY;
                 is_stale |= repeats.is_stale();
             }
+            is_on |= is_noisy && is_stale;
         }
-        is_on || is_noisy && is_stale
+        is_on
     }
 
     /// Torques of the motors compared with what the measured forces ask for:
@@ -385,7 +430,6 @@ impl Monitors {
     fn torques(&mut self, at: &Moment) -> bool {
         let (nominal, input, h) = (at.nominal, at.input, at.h);
         let reached = share(h * SMOOTHED);
-        self.looked += h;
         let found = share(h / self.looked.clamp(0.1 * FOUND, FOUND));
         let is_found = self.looked > 0.5 * FOUND;
         let mut is_on = false;

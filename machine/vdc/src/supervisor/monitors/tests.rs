@@ -146,12 +146,13 @@ fn an_error_that_is_large_lasts_or_jumps_is_an_alarm() {
     );
 }
 
-/// A rate that is wrong by 0.05 rad/s reaches 2.5 mrad after 50 ms.
+/// A rate that is wrong by 0.05 rad/s reaches 2.5 mrad after 50 ms; one that is wrong by 0.5 mrad/s no
+/// more than 1.25 mrad over 2.5 s.
 #[test]
 fn an_angle_that_is_not_the_integral_of_its_rate_is_an_alarm() {
     for j in [3, 4, 5] {
         let time = found(Cause::JointRate, 0.1, |size, _, _, input| {
-            input.zeta_dot[j] -= 0.05 * size
+            input.zeta_dot[j] -= 0.05 * size * size
         });
         assert!(time > 0.045, "{time}");
         found(Cause::JointRate, 0.02, |size, _, _, input| {
@@ -190,36 +191,58 @@ fn a_motor_that_turns_slowly_without_its_joint_is_an_alarm() {
     let nominal = Watched::new().nominal;
     let travel = maps::travel_per_radian(nominal.parameters()[2]);
     let mut watched = Watched::new();
-    let creeps = |t: f64, speed: f64, input: &mut Input| {
+    let creeps = |t: f64, speed: f64, now: &mut Plausibility, input: &mut Input| {
+        now.zeta_dot_r[2] = 0.0;
         let slows = (1.0 - t / 0.2).max(0.0);
         input.zeta[2] = 0.3 + RATE * (1.0 + 0.2 * 0.5 * (1.0 - slows * slows));
         input.zeta_dot[2] = RATE * slows;
         input.x_dot[2] = PRIMES[2] * input.zeta_dot[2];
         input.w_m[2] = (input.x_dot[2] + speed * (1.0 - slows)) / travel;
     };
-    let found = watched.cause(9.0, |t, _, input| creeps(t, 1e-3, input));
+    let found = watched.cause(9.0, |t, now, input| creeps(t, 1e-3, now, input));
     let (cause, time) = found.expect("an alarm");
     assert!(
         cause == Cause::JointEncoder && time < 4.0,
         "{cause:?} {time}"
     );
-    let slower = Watched::new().cause(9.0, |t, _, input| creeps(t, 1e-4, input));
+    let slower = Watched::new().cause(9.0, |t, now, input| creeps(t, 1e-4, now, input));
     assert_eq!(slower, None);
 }
 
-/// A joint of the wrist whose encoder stands, with its rate, while it is
-/// to move at 0.2 rad/s: 25 mrad after 0.17 s, by 0.05 (1 − e^(−t/0.25 s)). A current that
-/// stands while others have noise; at rest without noise nothing is stale.
+/// A joint of the wrist whose encoder stands, with its rate, while it is to move at 0.2 rad/s: of one
+/// that stood for 0.04 s before, 25 mrad after 0.17 s, by 0.05 (1 − e^(−t/0.25 s)); of one that never
+/// stood 3 mrad, which are there after 0.06 s; and so of a motor. A current that stands while others have
+/// noise; at rest without noise nothing is stale.
 #[test]
 fn a_reading_that_stands_is_an_alarm() {
-    let frozen = |_: f64, now: &mut Plausibility, input: &mut Input| {
-        now.zeta_dot_r[4] = 0.2;
-        (input.zeta[4], input.zeta_dot[4]) = (0.35, 0.0);
+    let stands = |t: f64, from: f64, now: &mut Plausibility, input: &mut Input| {
+        now.zeta_dot_r[4] = if t < 0.1 { 0.0 } else { 0.2 };
+        if t >= from {
+            // The jump to 0.35 is a millirad or so and not seen by the comparison with the rate.
+            (input.zeta[4], input.zeta_dot[4]) = (0.3 + RATE * (1.0 + from), 0.0);
+        }
     };
-    let (cause, time) = Watched::new().cause(1.0, frozen).expect("an alarm");
-    // The jump to 0.35 is a millirad or so and not seen by the comparison with the rate.
+    let sticks = |t: f64, now: &mut Plausibility, input: &mut Input| {
+        stands(t, if t < 0.04 { 0.0 } else { 0.2 }, now, input)
+    };
+    let (cause, time) = Watched::new().cause(1.0, sticks).expect("an alarm");
     assert!(
-        cause == Cause::Stale && (0.16..0.18).contains(&time),
+        cause == Cause::Stale && (0.36..0.38).contains(&time),
+        "{cause:?} {time}"
+    );
+    let frozen = |t: f64, now: &mut Plausibility, input: &mut Input| stands(t, 0.1, now, input);
+    let (cause, time) = Watched::new().cause(1.0, frozen).expect("an alarm");
+    assert!(
+        cause == Cause::Stale && (0.155..0.17).contains(&time),
+        "{cause:?} {time}"
+    );
+    let motor = |t: f64, _: &mut Plausibility, input: &mut Input| {
+        input.theta_m = Some([200.0 * t, 200.0 * t.min(1.1), 0.0]);
+    };
+    let (cause, time) = Watched::new().cause(2.0, motor).expect("an alarm");
+    // At 0.05 rad/s 3 mrad are there after 0.069 s.
+    assert!(
+        cause == Cause::Stale && (1.16..1.18).contains(&time),
         "{cause:?} {time}"
     );
     let stands =
