@@ -44,6 +44,8 @@ def test_archives_are_those_of_the_layered_standard(fmus, name):
     assert [problem for problem in validate_fmu(str(archive)) if "InitialUnknowns" not in problem] == []
     done = cargo_fmu("check", archive)
     assert done.returncode == 0 and " 0 failed" in done.stdout, done.stdout
+    done = cargo_fmu("verify", archive, "--write", fmus / "out.csv")
+    assert done.returncode == 1 and "Rx_Clock` is triggered, in Event Mode" in done.stderr, done.stderr
     with zipfile.ZipFile(archive) as opened:
         manifest = ElementTree.fromstring(opened.read("extra/org.fmi-standard.fmi-ls-bus/fmi-ls-manifest.xml"))
         terminals = ElementTree.fromstring(opened.read("terminalsAndIcons/terminalsAndIcons.xml"))

@@ -70,5 +70,10 @@ def test_parameters_and_inputs_are_set(tmp_path):
         fmu = with_files(tmp_path / folder / "StateSpace.fmu", tmp_path / folder / "set.fmu", files)
         done = cargo_fmu("verify", fmu, "--tolerance", 2 * TOLERANCE)
         assert done.returncode == 0, done.stdout + done.stderr
+    for folder, version in ((".", "fmi2"), ("fmi3", "fmi3")):
+        refused = {"x.ssv": files["x.ssv"].replace('<ssv:Real value="0.25"/>', '<ssv:Real value="INF"/>')}
+        fmu = with_files(tmp_path / folder / "StateSpace.fmu", tmp_path / folder / "refused.fmu", files | refused)
+        done = cargo_fmu("verify", fmu)
+        assert done.returncode == 1 and f"setting `D[2,1]` = INF gave {version}Discard" in done.stderr, done.stderr
     wrong = with_files(fmu, tmp_path / "wrong.fmu", files | {"x_in.csv": "time,u[1]\n0,0\n1,2.01\n"})
     assert cargo_fmu("verify", wrong).returncode == 1

@@ -19,6 +19,7 @@ use fmi_description::{Access, Variable};
 
 use crate::fmu::Fmu;
 use crate::log::{Log, Message};
+use crate::names::with_fmi3_names;
 use crate::raw::{Array, CallbackSet, Experiment, InstanceKind, RawInstance, Request, StepEnd};
 use crate::standard::Mode;
 use crate::status::{self, OK, WARNING};
@@ -117,7 +118,8 @@ impl<'a> Instance<'a> {
         Ok(Self {
             fmu,
             raw: made.map_err(|messages| {
-                anyhow!("fmi2Instantiate gave NULL{}", last_message(&messages))
+                let call = fmu.functions.name("fmi2Instantiate");
+                anyhow!("{call} gave NULL{}", last_message(&messages))
             })?,
             name: name.to_string(),
             time: 0.0,
@@ -158,16 +160,18 @@ impl<'a> Instance<'a> {
     }
 
     /// Fails unless the status is OK, or Warning where that is allowed. `call` is named in the
-    /// error.
+    /// error, by its name in the FMU's version of FMI.
     pub fn must(&self, call: &str, status: c_int) -> Result<()> {
         match status {
             OK => Ok(()),
             WARNING if self.may_warn => Ok(()),
-            _ => Err(anyhow!(
-                "{call} gave {}{}",
-                status::name(status),
-                last_message(&self.messages())
-            )),
+            _ => {
+                let mut failed = format!("{call} gave {}", status::name(status));
+                if self.fmu.functions.is_fmi3() {
+                    failed = with_fmi3_names(&failed);
+                }
+                Err(anyhow!("{failed}{}", last_message(&self.messages())))
+            }
         }
     }
 

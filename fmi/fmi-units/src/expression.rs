@@ -54,6 +54,9 @@ const PREFIXES: [(&str, i32); 20] = [
     ("d", -1), ("c", -2), ("m", -3), ("u", -6), ("n", -9), ("p", -12), ("f", -15), ("a", -18), ("z", -21), ("y", -24),
 ];
 
+/// Elsewhere feet, atmospheres, pints, horsepower and gauss: nobody means what the prefix would say.
+const MISLEADING: [&str; 5] = ["ft", "at", "pt", "PS", "Gs"];
+
 impl Unit {
     /// The unit with this name: one of [`KNOWN_UNITS`], else the expression that the name is, in the
     /// syntax of Modelica (section 19.1 of its specification): symbols of SI with prefixes, and
@@ -226,6 +229,11 @@ impl Parser<'_> {
             return size;
         }
         let mut k = 0;
+        while k < MISLEADING.len() {
+            self.is_wrong |= is_same(name, MISLEADING[k].as_bytes());
+            k += 1;
+        }
+        k = 0;
         while k < PREFIXES.len() {
             let (prefix, tens) = (PREFIXES[k].0.as_bytes(), PREFIXES[k].1);
             if name.len() > prefix.len() {

@@ -206,7 +206,7 @@ mod tests {
     fn what_is_no_unit_is_refused() {
         for name in [
             "", "furlong", "m/s/s", "m/", "/s", "m.", ".m", "m..s", "m^2", "m s", "(m", "m)", "m-", "m2.5", "mmin", "kh", "kdeg", "kk", "m100", "2",
-            "m/s.K", "Nm", "m*s", "µm", "mdegC", "s-", "m99.m99",
+            "m/s.K", "Nm", "m*s", "µm", "mdegC", "s-", "m99.m99", "ft", "ft/s", "PS", "Gs", "at", "pt",
         ] {
             assert_eq!(Unit::find(name), None, "{name}");
         }

@@ -253,11 +253,11 @@ fn pack_fmu(
     let description = library::description(&entries);
     let description = description.with_context(|| loaded.display().to_string())?;
     let about = about(library::description_text(&entries)?).to_owned();
-    let is_lag = |name: &&str| description.variables.iter().any(|v| v.name == *name);
+    let has = |name: &str| description.variables.iter().any(|v| v.name == name);
     ensure!(
-        about != LAG || LAG_VARIABLES.iter().all(is_lag),
-        "{}: the model's description is still that of the template, `{LAG}`: write your own in the doc comment above the struct with \
-         #[derive(State)]",
+        !is_left_over(&about, has),
+        "{}: the model's description is still that of the template, `{about}`: write your own in the doc comment above the struct with \
+         #[derive(State)], or in `Info::new`",
         loaded.display()
     );
     let identifier = description.identifier;
@@ -283,9 +283,32 @@ fn pack_fmu(
     Ok(path)
 }
 
-/// The model of `cargo fmu new`, which is to be replaced.
-const LAG: &str = "A first-order lag";
-const LAG_VARIABLES: [&str; 3] = ["time_constant", "u", "y"];
+/// Descriptions of the models of `cargo fmu new`, which are to be replaced, and some variables.
+const TEMPLATES: [(&str, [&str; 3]); 5] = [
+    ("A first-order lag", ["time_constant", "u", "y"]),
+    (
+        "Conduction of heat in a rod whose ends are held at two temperatures",
+        ["length", "area", "conductivity"],
+    ),
+    (
+        "A motor with the efficiency of a map, and one heat node",
+        ["speed", "torque", "P_loss"],
+    ),
+    (
+        "Lithium-ion cells in series: open-circuit voltage, series resistance, one RC pair, one heat node",
+        ["R_0", "soc", "v_1"],
+    ),
+    (
+        "an oven with a thermostat",
+        ["conductance", "temperature", "heating"],
+    ),
+];
+
+/// Whether the description is that of a template whose variables are gone.
+fn is_left_over(about: &str, has: impl Fn(&str) -> bool) -> bool {
+    let mut templates = TEMPLATES.iter().filter(|(text, _)| *text == about);
+    templates.any(|(_, variables)| !variables.iter().all(|name| has(name)))
+}
 
 /// The model's description, escaped as it is in its XML; empty if there is none.
 fn about(model_description: &str) -> &str {
@@ -352,7 +375,10 @@ fn files_by_convention(folder: &Path) -> Result<Entries> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Platforms, about, check_sizes, described, files_by_convention, profile};
+    use super::{
+        Platforms, TEMPLATES, about, check_sizes, described, files_by_convention, is_left_over,
+        profile,
+    };
     use crate::target::TARGETS;
     use std::fs;
 
@@ -423,6 +449,30 @@ mod tests {
                 assert_eq!(lines, lacking, "{text}");
             }
         }
+    }
+
+    #[test]
+    fn the_description_of_a_template_is_refused_with_another_model() {
+        let sources = [
+            include_str!("../template/src/lib.rs.in"),
+            include_str!("../template/rod/lib.rs"),
+            include_str!("../template/map/lib.rs"),
+            include_str!("../template/battery/lib.rs"),
+            include_str!("../template/events/lib.rs"),
+        ];
+        for ((about, variables), source) in TEMPLATES.iter().zip(sources) {
+            let is_there = [format!("\n/// {about}\n"), format!("\"{about}\")")];
+            assert!(is_there.iter().any(|text| source.contains(text)), "{about}");
+            for name in variables {
+                assert!(
+                    source.contains(&format!("\n    {name}: ")),
+                    "{about}: {name}"
+                );
+                assert!(is_left_over(about, |other| other != *name));
+            }
+            assert!(!is_left_over(about, |_| true));
+        }
+        assert!(!is_left_over("A lag of mine", |_| false));
     }
 
     #[test]

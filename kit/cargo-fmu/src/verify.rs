@@ -6,9 +6,11 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use clap::Args;
-use fmi_description::{Access, Archive, Causality, Description, Variability, Variable};
+use fmi_description::{
+    Access, Archive, Causality, ClockInterval, Description, Variability, Variable,
+};
 use fmi_import::Fmu;
 use fmi_import::instance::{Instance, InstanceOptions, start_time, step_size};
 use fmi_import::standard::Mode;
@@ -193,6 +195,16 @@ fn simulate(
     times: &[f64],
     variables: &[Column],
 ) -> Result<Vec<Vec<String>>> {
+    let ticks_from_outside = |v: &&Variable| {
+        let timing = v.timing.as_ref();
+        timing.is_some_and(|timing| timing.interval == ClockInterval::Triggered)
+    };
+    if let Some(clock) = fmu.description.variables.iter().find(ticks_from_outside) {
+        bail!(
+            "clock `{}` is triggered, in Event Mode; an FMU that is run alone, without it, cannot be verified",
+            clock.name
+        );
+    }
     let (start, stop) = span(fmu)?;
     let end = stop.max(*times.last().unwrap_or(&stop));
     let options = InstanceOptions {

@@ -186,3 +186,8 @@ struct Readme;
 #[cfg(all(doctest, feature = "can"))]
 #[doc = include_str!("../../../docs/kit/can.md")]
 struct CanPage;
+
+/// The controller in the page about clocks.
+#[cfg(all(doctest, feature = "derive"))]
+#[doc = include_str!("../../../docs/kit/clocks.md")]
+struct ClocksPage;

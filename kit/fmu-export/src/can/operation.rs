@@ -235,20 +235,15 @@ impl<'a> Operation<'a> {
                 to.extend(id.to_le_bytes());
                 to.extend([code as u8, flag as u8, is_sender.into()]);
             }
-            Self::Configuration(Configuration::ArbitrationLost(behavior)) => {
-                to.extend([4, behavior as u8]);
-            }
-            Self::Configuration(
-                rate @ (Configuration::BaudRate(value)
-                | Configuration::FdBaudRate(value)
-                | Configuration::XlBaudRate(value)),
-            ) => {
-                to.push(match rate {
-                    Configuration::BaudRate(_) => 1,
-                    Configuration::FdBaudRate(_) => 2,
-                    _ => 3,
-                });
-                to.extend(value.to_le_bytes());
+            Self::Configuration(configuration) => {
+                let (kind, rate) = match configuration {
+                    Configuration::BaudRate(rate) => (1, rate),
+                    Configuration::FdBaudRate(rate) => (2, rate),
+                    Configuration::XlBaudRate(rate) => (3, rate),
+                    Configuration::ArbitrationLost(what) => return to.extend([4, what as u8]),
+                };
+                to.push(kind);
+                to.extend(rate.to_le_bytes());
             }
             Self::Status(status) => to.push(status as u8),
             Self::Wakeup => {}

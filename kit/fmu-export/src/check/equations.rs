@@ -115,10 +115,10 @@ impl<M: Model> ModelCheck<M> {
         let mut problems = Vec::new();
         for (known, dx) in &found {
             for (k, (_, i, row)) in states.iter().enumerate() {
-                let Dependencies::Same(lists) = row.dependencies else {
+                let Dependencies::Same(names) = row.dependencies else {
                     continue;
                 };
-                let is_declared = lists.into_iter().flatten().any(|name| {
+                let is_declared = names.iter().any(|name| {
                     elements(name, *i, find).is_some_and(|((), range)| range.contains(known))
                 });
                 if !dx[k].is_same(&expected[k]) && !is_declared {

@@ -25,8 +25,10 @@ pub(crate) enum Causality {
 pub(crate) enum Dependencies {
     /// Not declared: on everything.
     Unknown,
-    /// The same two lists, joined, for each element (`[i]`: same index).
-    Same([&'static [&'static str]; 2]),
+    /// The same list for each element (`[i]`: same index).
+    Same(&'static [&'static str]),
+    /// Initially: on the same as at communication points, and on these.
+    Also(&'static [&'static str]),
     /// A list for each element.
     Each(&'static [&'static [&'static str]]),
 }

@@ -74,10 +74,9 @@ impl Knowns {
         i: usize,
         initially: bool,
     ) -> Result<Option<Vec<usize>>, String> {
-        let lists = match row.declared(initially) {
-            Dependencies::Unknown => return Ok(None),
-            Dependencies::Same(lists) => lists,
-            Dependencies::Each(lists) => match lists.get(i) {
+        let lists = match (row.same(initially), row.declared(initially)) {
+            (Some(lists), _) => lists,
+            (None, Dependencies::Each(lists)) => match lists.get(i) {
                 Some(list) => [*list, &[]],
                 None => {
                     return Err(format!(
@@ -86,6 +85,7 @@ impl Knowns {
                     ));
                 }
             },
+            _ => return Ok(None),
         };
         let mut elements = Vec::new();
         // An output that names no state depends on all.
@@ -191,10 +191,19 @@ pub(crate) fn elements<T>(
 
 impl<M: Model> Variable<M> {
     /// Its declared dependencies, initially or at communication points.
-    fn declared(&self, initially: bool) -> Dependencies {
+    pub(crate) fn declared(&self, initially: bool) -> Dependencies {
         match initially {
             true => self.initial_dependencies,
             false => self.dependencies,
+        }
+    }
+
+    /// Those of them that are the same two lists, joined, for each element.
+    pub(crate) fn same(&self, initially: bool) -> Option<[&'static [&'static str]; 2]> {
+        match (self.declared(initially), self.dependencies) {
+            (Dependencies::Same(list), _) => Some([list, &[]]),
+            (Dependencies::Also(more), Dependencies::Same(list)) => Some([list, more]),
+            _ => None,
         }
     }
 

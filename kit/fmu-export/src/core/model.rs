@@ -268,7 +268,7 @@ pub struct Variable<M: Model> {
     /// The input or output of which this one is the time derivative.
     pub(crate) rate_of: Option<&'static str>,
     /// The dependencies of the derivative, if the row is a state.
-    pub(crate) rate_dependencies: Dependencies,
+    pub(crate) rate_dependencies: Option<&'static [&'static str]>,
     pub(crate) dependencies: Dependencies,
     pub(crate) initial_dependencies: Dependencies,
 }

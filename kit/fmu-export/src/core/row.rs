@@ -191,7 +191,7 @@ impl<M: Model> Variable<M> {
             is_alias: false,
             mime_type: "",
             rate_of: None,
-            rate_dependencies: Dependencies::Unknown,
+            rate_dependencies: None,
             dependencies: Dependencies::Unknown,
             initial_dependencies: Dependencies::Unknown,
         }
@@ -209,7 +209,9 @@ impl<M: Model> Variable<M> {
         let mut row = Self::derivative_of(self.name);
         row.scalar = self.scalar;
         row.unit = self.rate_unit;
-        row.dependencies = self.rate_dependencies;
+        if let Some(knowns) = self.rate_dependencies {
+            row.dependencies = Dependencies::Same(knowns);
+        }
         row
     }
 
@@ -303,7 +305,7 @@ impl<M: Model> Variable<M> {
         ///
         /// For Model Exchange the list names states too; if it names none, the output depends on
         /// all of them, unless the list has [`NO_STATES`](crate::NO_STATES).
-        depends_on(inputs: &'static [&'static str]) dependencies = Dependencies::Same([inputs, &[]]);
+        depends_on(inputs: &'static [&'static str]) dependencies = Dependencies::Same(inputs);
 
         /// The row is the time derivative of this one of the same length, a velocity of a position:
         /// both Real inputs, or both Real outputs. An importer of Model Exchange may then let the
@@ -314,7 +316,7 @@ impl<M: Model> Variable<M> {
         rate_unit(unit: &'static str) rate_unit = Some(unit);
 
         /// The dependencies of the derivative, if the row is a state of a model with derives.
-        rate_depends_on(knowns: &'static [&'static str]) rate_dependencies = Dependencies::Same([knowns, &[]]);
+        rate_depends_on(knowns: &'static [&'static str]) rate_dependencies = Some(knowns);
 
         /// Like [`depends_on`](Self::depends_on), with a list for each element of a vector.
         each_depends_on(inputs: &'static [&'static [&'static str]]) dependencies = Dependencies::Each(inputs);
@@ -323,7 +325,7 @@ impl<M: Model> Variable<M> {
         /// [`Model::initialize`](crate::Model::initialize), written as in
         /// [`depends_on`](Self::depends_on); [`ALL_PARAMETERS`](crate::ALL_PARAMETERS) stands for
         /// every parameter. Without a list it depends on all: importers may see algebraic loops.
-        initially_depends_on(knowns: &'static [&'static str]) initial_dependencies = Dependencies::Same([knowns, &[]]);
+        initially_depends_on(knowns: &'static [&'static str]) initial_dependencies = Dependencies::Same(knowns);
 
         /// Like `initially_depends_on`, with a list for each element of a vector.
         each_initially_depends_on(knowns: &'static [&'static [&'static str]]) initial_dependencies = Dependencies::Each(knowns);
@@ -358,7 +360,7 @@ impl<M: Model> Variable<M> {
     pub const fn forget_own_names(mut self, is_forgotten: bool) -> Self {
         if is_forgotten {
             self.initial_dependencies = Dependencies::Unknown;
-            self.rate_dependencies = Dependencies::Unknown;
+            self.rate_dependencies = None;
         }
         self
     }
@@ -382,10 +384,10 @@ impl<M: Model> Variable<M> {
     /// After [`depends_on`](Self::depends_on): in Initialization Mode the output depends on the
     /// same inputs and also on these; for an output that does not depend on the initial state.
     pub const fn initially_also_on(mut self, knowns: &'static [&'static str]) -> Self {
-        self.initial_dependencies = match self.dependencies {
-            Dependencies::Same([inputs, _]) => Dependencies::Same([inputs, knowns]),
-            _ => panic!("`initially_also_on` comes after `depends_on`"),
-        };
+        if !matches!(self.dependencies, Dependencies::Same(_)) {
+            panic!("`initially_also_on` comes after `depends_on`");
+        }
+        self.initial_dependencies = Dependencies::Also(knowns);
         self
     }
 }

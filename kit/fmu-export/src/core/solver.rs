@@ -164,11 +164,11 @@ fn pattern<M: Model>(n: usize, rows: &[Row<M>]) -> Result<SparsityPattern, Model
     };
     let mut pairs = Vec::new();
     for row in rows {
-        let Dependencies::Same(lists) = row.rate.dependencies else {
+        let Dependencies::Same(names) = row.rate.dependencies else {
             continue;
         };
         for (i, index) in row.indices.clone().enumerate() {
-            for name in lists.into_iter().flatten() {
+            for name in names {
                 let Some((indices, range)) = elements(name, i, find) else {
                     let state = row.row.name;
                     return Err(ModelError::new(format!(

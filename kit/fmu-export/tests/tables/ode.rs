@@ -2,7 +2,7 @@
 //! done.
 
 use fmu_export::prelude::*;
-use fmu_export::{check, model_description};
+use fmu_export::{Continuous, check, model_description};
 
 #[derive(Parameters)]
 struct Parameters {
@@ -303,13 +303,18 @@ impl Ode for Growing {
         }
     }
 
+    fn completed(&mut self, p: &Switch, _u: &(), t: f64) -> Result<bool, ModelError> {
+        self.memory.tuned.push(t);
+        Ok(t > p.close)
+    }
+
     fn messages(&mut self) -> Option<&mut Log> {
         Some(&mut self.log)
     }
 }
 
 #[test]
-fn an_ode_compares_parameters_fails_by_name_and_reacts_to_tuning() {
+fn an_ode_compares_parameters_fails_by_name_and_reacts_to_tuning_and_steps() {
     assert_eq!(check::<Growing>(), [""; 0]);
     let (mut p, u) = Growing::defaults();
     p.close = 1.0;
@@ -328,6 +333,11 @@ fn an_ode_compares_parameters_fails_by_name_and_reacts_to_tuning() {
     p.open = 7.0;
     assert_eq!(x.tune(&p).unwrap_err().to_string(), "too far");
     assert_eq!(x.memory.tuned, [0.75]);
+    let events = [0.125, 0.5].map(|t| x.completed_step(&p, &(), t).unwrap());
+    assert_eq!(
+        (events, &x.memory.tuned[1..]),
+        ([false, true], &[0.125, 0.5][..])
+    );
     assert!(Model::log(&mut x).is_some());
 }
 

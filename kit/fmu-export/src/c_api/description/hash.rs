@@ -211,8 +211,8 @@ impl Bytes {
             rate_of,
             rate_dependencies: _, // those of another row
             rate_unit: _,
-            dependencies,
-            initial_dependencies,
+            dependencies: _, // below
+            initial_dependencies: _,
         } = row;
         self.texts(&[name, description]);
         self.0.extend([causality as u8, storage.kind() as u8]);
@@ -224,8 +224,9 @@ impl Bytes {
         self.reals(&[min, max]);
         self.reals(nominal.as_slice());
         self.each(enumeration.as_slice(), |all, e| all.text(e.name));
-        self.dependencies(dependencies);
-        self.dependencies(initial_dependencies);
+        for initially in [false, true] {
+            self.dependencies(row, initially);
+        }
         if let Some(of) = rate_of {
             self.texts(&["rate", of]);
         }
@@ -251,17 +252,17 @@ impl Bytes {
         }
     }
 
-    fn dependencies(&mut self, dependencies: Dependencies) {
-        match dependencies {
-            Dependencies::Unknown => self.number(0),
-            Dependencies::Same(lists) => {
+    fn dependencies<M: Model>(&mut self, row: &Variable<M>, initially: bool) {
+        match (row.same(initially), row.declared(initially)) {
+            (Some(lists), _) => {
                 self.number(1);
                 self.texts(&lists.concat());
             }
-            Dependencies::Each(lists) => {
+            (None, Dependencies::Each(lists)) => {
                 self.number(2);
                 self.each(lists, |all, names| all.texts(names));
             }
+            _ => self.number(0),
         }
     }
 

@@ -83,11 +83,10 @@ fn variable(terminal: &Terminal, member: &str) -> String {
 
 /// The text of the manifest; None if the model has no terminal of a network.
 pub(super) fn manifest<M: Model>() -> Result<Option<String>, String> {
-    let mut networks = M::INFO.terminals.iter().filter(|t| t.is_can()).peekable();
-    if networks.peek().is_none() {
+    let networks = M::INFO.terminals.iter().filter(|t| t.is_can());
+    let Some(is_bus) = networks.map(|t| t.is_of_bus).reduce(|a, b| a || b) else {
         return Ok(None);
-    }
-    let is_bus = networks.any(|terminal| terminal.is_of_bus);
+    };
     let attributes = [
         ("xmlns:fmi-ls", "http://fmi-standard.org/fmi-ls-manifest"),
         ("fmi-ls:fmi-ls-name", "org.fmi-standard.fmi-ls-bus"),
