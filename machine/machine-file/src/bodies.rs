@@ -187,7 +187,9 @@ impl Start {
                 found.refuse(
                     format_args!("start.zeta[{}]", i + 1),
                     zeta,
-                    format_args!("within the joint limits [{min}, {max}] rad"),
+                    format_args!(
+                        "within the joint limits [{min}, {max}] rad; in degrees it is `zeta_deg`"
+                    ),
                 );
             }
         }

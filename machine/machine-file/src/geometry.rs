@@ -2,6 +2,7 @@
 
 use crate::check::{Findings, examine};
 use serde::{Deserialize, Serialize};
+use std::f64::consts::PI;
 
 /// Dimensions, m and rad.
 ///
@@ -63,8 +64,19 @@ impl Geometry {
             positive: r_B L1_2 L2_2 x0_2 lc_2 d4 d5 x0_3 lc_3;
         }
         found.finite("geometry.x1_mid", [self.x1_mid]);
-        found.finite("geometry.beta1", [self.beta1]);
-        found.finite("geometry.beta2", [self.beta2]);
+        for (name, beta) in [("beta1", self.beta1), ("beta2", self.beta2)] {
+            if !(beta.abs() <= PI) {
+                let rule = format_args!("within ±π rad; in degrees it is `{name}_deg`").to_string();
+                found.refuse(format_args!("geometry.{name}"), beta, rule);
+            }
+        }
+        let rods = [("2", self.lc_2, self.x0_2), ("3", self.lc_3, self.x0_3)];
+        for (k, lc, x0) in rods {
+            if lc > x0 {
+                let rule = format!("at most `x0_{k}` = {x0}, the length of the retracted actuator");
+                found.refuse(format_args!("geometry.lc_{k}"), lc, rule);
+            }
+        }
         examine! { found, "geometry" of self;
             finite: r_T1_O r_O_B A_in_boom E_in_boom C_in_tilt r_B_B4 r_B4_A4 r_A4_C4 r_C4_D4
                 r_D4_T4;

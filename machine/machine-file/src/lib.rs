@@ -9,6 +9,7 @@
 #![allow(non_snake_case)] // fields carry the paper's symbols and are the JSON keys
 
 mod actuator;
+mod angles;
 mod bodies;
 mod check;
 mod controller;

@@ -8,6 +8,9 @@ use crate::geometry::Geometry;
 use crate::per_axis::PerAxis;
 use serde::{Deserialize, Serialize};
 
+/// Part of a stroke by which the joint's range may exceed it.
+const STROKE_SPARE: f64 = 0.02;
+
 /// Everything that describes one machine: mechanism, actuators, references and controller gains.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -51,10 +54,42 @@ impl Machine {
             found.not_negative(format_args!("joint_viscous[{}]", i + 1), d);
         }
         self.limits.examine(found);
+        self.examine_slew(found);
         self.emla.examine(Emla::examine, found);
         self.ratings.examine(Ratings::examine, found);
         self.start.examine(&self.limits, found);
         self.trajectories.examine(found);
         self.controller.examine(found);
+    }
+
+    /// The slew actuator moves a rack, `x_1 = x1_mid + r_B·zeta_1`: its stroke bounds the joint.
+    fn examine_slew(&self, found: &mut Findings) {
+        let (middle, radius, stroke) = (
+            self.geometry.x1_mid,
+            self.geometry.r_B,
+            self.limits.stroke_1,
+        );
+        if !(stroke[0]..=stroke[1]).contains(&middle) {
+            let rule =
+                format!("within the stroke of the slew actuator, `limits.stroke_1` = {stroke:?}");
+            return found.refuse("geometry.x1_mid", middle, rule);
+        }
+        // Dimensions that are drawn at random may miss the stroke's ends by a little.
+        let spare = STROKE_SPARE * (stroke[1] - stroke[0]);
+        let joint = [self.limits.zeta_min_deg[0], self.limits.zeta_max_deg[0]];
+        for (end, (name, most)) in [("zeta_min_deg", "least"), ("zeta_max_deg", "most")]
+            .into_iter()
+            .enumerate()
+        {
+            let beyond = (middle + radius * joint[end].to_radians() - stroke[end])
+                * if end == 0 { -1.0 } else { 1.0 };
+            if beyond > spare {
+                let bound = ((stroke[end] - middle) / radius).to_degrees();
+                let rule = format!(
+                    "at {most} {bound:.1}: the slew actuator's stroke, `limits.stroke_1` = {stroke:?}, turns no further"
+                );
+                found.refuse(format_args!("limits.{name}[1]"), joint[end], rule);
+            }
+        }
     }
 }

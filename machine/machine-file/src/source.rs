@@ -1,6 +1,7 @@
 //! Loads a machine for FMUs, studies and Python: a shipped one by its name, a complete file, or a
 //! file that has `"extends"` with the name of another machine and only the fields that differ.
 
+use crate::angles;
 use crate::check::{Findings, MachineError};
 use crate::per_axis::{SECTIONS_PER_AXIS, is_split, split};
 use crate::{Machine, json, shape};
@@ -121,6 +122,7 @@ fn merge(
     own.remove("$schema");
     let base = own.remove("extends");
     let mut own = Value::Object(own);
+    angles::unify(&mut own, found);
     shape::check(&mut own, found, false);
     let base = match base {
         None => return Ok(own),
@@ -297,14 +299,14 @@ mod tests {
         );
         write(
             "lowest.json",
-            &json!({"extends": "reference", "gravity": 1.6, "geometry": {"r_B": 0.4}}),
+            &json!({"extends": "reference", "gravity": 1.6, "geometry": {"r_B": 0.36}}),
         );
         write("top.json", &json!({"extends": "inner/base.json"}));
         let name = place("top.json").display().to_string();
         let source = Source::named(&name).expect("valid");
         assert_eq!(
             (source.machine.gravity, source.machine.geometry.r_B),
-            (3.7, 0.4)
+            (3.7, 0.36)
         );
         assert_eq!(source.texts.len(), 4);
         assert_eq!(source.shipped(), Some("reference"));

@@ -2,6 +2,7 @@
 //! that file. Names, types and descriptions are those of the structs; bounds come from the checks,
 //! which are asked.
 
+use crate::angles::ANGLES;
 use crate::per_axis::AXES;
 use crate::per_axis::SECTIONS_PER_AXIS;
 use crate::shape::template;
@@ -27,6 +28,17 @@ fn schema() -> Value {
     let Value::Object(mut properties) = machine["properties"].take() else {
         panic!("a machine is an object");
     };
+    for (section, own, other) in ANGLES {
+        let properties = &mut properties[section]["properties"];
+        let mut angle = properties[own].clone();
+        let unit = if other.ends_with("_deg") {
+            "degrees"
+        } else {
+            "rad"
+        };
+        angle["description"] = json!(format!("`{own}` in {unit}."));
+        properties[other] = angle;
+    }
     let mut definitions = Map::new();
     for section in SECTIONS_PER_AXIS {
         let one = std::mem::replace(&mut properties[section], per_axis(section));
@@ -135,7 +147,11 @@ impl Bounds {
         let Some(field) = machine.pointer_mut(&pointer) else {
             return false;
         };
-        *field = value;
+        *field = value.clone();
+        // The rod must fit into the retracted actuator.
+        if let ["geometry", "x0_2" | "x0_3"] = place {
+            machine["geometry"][place[1].replace("x0", "lc")] = value;
+        }
         serde_json::from_value::<Machine>(machine).is_ok_and(|machine| machine.check().is_ok())
     }
 }
