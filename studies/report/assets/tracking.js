@@ -114,7 +114,7 @@ function tracking() {
 function trackingTable(trajectory) {
   const paper = data.table.find((r) => r.trajectory === trajectory && r.scale === 1).paper;
   const rows = MODES.map((mode) => findRun(trajectory, mode)).filter(Boolean).map((run) =>
-    row([MODE_NAMES[run.mode], mm(run.rmse), mm(run.max), mm(run.whole_rmse), mm(run.whole_max), run.mode === "adaptive" ? mm(paper, 1) : "–"]));
-  const head = ["controller", "RMSE, mm", "max, mm", "RMSE with settling, mm", "max with settling, mm", "paper, RMSE, mm"];
+    row([MODE_NAMES[run.mode], mm(run.rmse), run.mode === "adaptive" ? mm(paper, 1) : "–", mm(run.max), mm(run.whole_rmse), mm(run.whole_max)]));
+  const head = ["controller", "RMSE, mm", "paper, RMSE, mm", "max, mm", "RMSE with settling, mm", "max with settling, mm"];
   return html`<div class="scroll">${table(head, rows)}</div>`;
 }
