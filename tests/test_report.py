@@ -13,7 +13,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select
 
-from browser import chromium, noise, until
+from browser import chromium, noise, remarks, until
 from fmpy_master import ROOT
 from native import call, hdrm_fmu
 
@@ -388,6 +388,10 @@ def test_it_is_dark_where_that_is_wanted(browser):
     finally:
         browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": ""}]})
         browser.execute_script("plotAll()")
+
+
+def test_axe_has_no_remark(browser):
+    assert remarks(browser) == []
 
 
 def test_it_fits_a_phone(browser):
