@@ -613,7 +613,7 @@ def test_the_picture_is_kept_and_fills_the_screen(page):
           document.getElementById("picture").click();
         });
         const shown = await createImageBitmap(blob);
-        const { width, height } = document.getElementById("machine");
+        const { clientWidth: width, clientHeight: height } = document.getElementById("machine");
         const canvas = new OffscreenCanvas(64, 36);
         canvas.getContext("2d").drawImage(shown, 0, 0, 64, 36);
         const colours = new Set(new Uint32Array(canvas.getContext("2d").getImageData(0, 0, 64, 36).data.buffer));
@@ -653,7 +653,7 @@ def test_tip_path_and_ghosts_err_from_one_origin(page):
     where = "const s = machine.scene; return [s.reference, s.error, s.errors[0]].map((m) => m.position.toArray()).concat([Array.from(s.way.points.slice(3 * s.way.count - 3, 3 * s.way.count))])"
     three = lambda name, *law: [get(page, f"{name}[{k}]", *law) for k in (1, 2, 3)]
     for gain in ("1000", "100"):
-        Select(page.find_element(By.ID, "error-gain")).select_by_value(gain)
+        Select(page.find_element(By.ID, "error-gain")).select_by_visible_text(gain)
         advance(page, 0.5)
         until(page, lambda: shown(page, "clock").startswith(f"{page.execute_script('return machine.time'):.2f}"))
         reference, error, ghost, way = run(page, where)

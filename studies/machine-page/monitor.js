@@ -71,14 +71,16 @@ export class Monitor {
   }
 
   /* Takes a frame of the machine; false for one of other variables. */
-  frame({ time, history, values }) {
+  frame({ history, values }) {
     const stride = 1 + this.names.length;
     if (values.length + 1 !== stride) return false;
     this.values = values;
     [[this.stage], [this.cause]] = [this.now("stage"), this.now("cause")];
-    if (!(time < (this.past.at(-1)?.time ?? -Infinity) + PAST_EVERY)) this.past.push({ time, values: Float32Array.from(values), ghosts: [...this.ghosts], ghostErrors: [...this.ghostErrors] });
     const masses = this.trueMasses();
     for (let at = 0; at + stride <= history.length; at += stride) {
+      if (history[at] > (this.past.at(-1)?.time ?? -Infinity) + PAST_EVERY - 5e-4) {
+        this.past.push({ time: history[at], values: Float32Array.from(history.subarray(at + 1, at + stride)), ghosts: [...this.ghosts], ghostErrors: [...this.ghostErrors] });
+      }
       const [t, row] = [history[at], (signal) => this.places[signal].map((k) => history[at + 1 + k])];
       for (const { description, traces, planned } of this.scopes.values()) {
         const { signal, of = (v) => v } = description;
