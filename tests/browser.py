@@ -5,6 +5,7 @@ REPORT_BROWSER=required in the environment, as in CI.
 """
 
 import base64
+import importlib.resources
 import os
 import shutil
 from pathlib import Path
@@ -114,3 +115,16 @@ def downloaded(chrome, button):
         button,
     )
     return run(chrome, "return kept.text()")
+
+
+def remarks(chrome):
+    """What axe-core says against the page: rule, what it is about, and the elements; in its light and its dark colours."""
+    script = (importlib.resources.files("axe_core_python") / "axe.min.js").read_text()
+    chrome.execute_script(script)
+    found = []
+    for theme in ("light", "dark"):
+        chrome.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": theme}]})
+        violations = "const { violations } = await axe.run(); return violations.map(({ id, help, nodes }) => [id, help, nodes.map((node) => node.html.slice(0, 160))])"
+        found += [[theme, *remark] for remark in run(chrome, violations)]
+    chrome.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": ""}]})
+    return found

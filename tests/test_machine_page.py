@@ -14,7 +14,7 @@ from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select
 
-from browser import chromium, downloaded, drop, noise, run, shown, until
+from browser import chromium, downloaded, drop, noise, remarks, run, shown, until
 from conftest import FMU_DIR
 
 PAGE = Path(os.environ.get("MACHINE_PAGE", FMU_DIR.parent / "web/machine.html")).resolve()
@@ -395,8 +395,8 @@ CLICKER = """
   let seed = given[0];
   const draw = (n) => ((seed = (Math.imul(seed, 1664525) + 1013904223) >>> 0) / 2 ** 32 * n) | 0;
   // What opens a dialogue of the browser or keeps a file stays out.
-  const out = ["waypoint-file", "settings-file", "csv", "settings", "link"];
-  const restarts = "#world, #trajectory, #restart, #ghosts input, #first-minute li button, .row:has(.restarts) *";
+  const out = ["waypoint-file", "settings-file", "csv", "settings", "link", "picture", "full"];
+  const restarts = "#world, #trajectory, #restart, #ghosts input, #first-minute li button, #explained button, .row:has(.restarts) *";
   document.querySelectorAll("details").forEach((part) => (part.open = true));
   const began = performance.now();
   const counts = {};
@@ -538,25 +538,37 @@ def test_a_red_bar_ends_with_its_cause_and_can_be_closed(page):
     assert run(page, "return machine.verdict()")["bad"], "the run's checks remember it"
 
 
-def test_the_emergency_stop_and_the_reset(page):
-    """The supervisor brakes all, in words; after the reset the levers lead again."""
-    restart(page, trajectory="rates", controller__settle_time=0, controller__supervisor="true")
-    run(page, "await machine.set('controller.rate.joint[1]', 0.1)")
-    advance(page, 1.0)
+@pytest.mark.parametrize("world", ["ideal", "real", "electric"])
+def test_the_emergency_stop_and_the_reset(page, world):
+    """The supervisor brakes all, in words, also where the drives themselves tell of trips; after the reset the levers lead again."""
+    restart(page, world=world, trajectory="rates", controller__settle_time=0.5, controller__supervisor="true")
+    lever = lambda rate: run(page, "await machine.set('controller.rate.joint[1]', given[0])", rate)
+    lever(0.1)
+    advance(page, 1.5)
     page.execute_script("document.getElementById('emergency').click()")
     until(page, lambda: get(page, "controller.tripped[1]"))
     advance(page, 1.5)
     assert get(page, "controller.supervisor.state") == 7
     until(page, lambda: "emergency stop" in shown(page, "broken"))
-    run(page, "await machine.set('controller.rate.joint[1]', 0)")
+    stands = get(page, "hdrm.zeta[1]")
+    advance(page, 0.5)
+    # The lever asks for 0.05 rad in this time. The ideal machine has no brakes, and its controller lets it settle.
+    assert abs(get(page, "hdrm.zeta[1]") - stands) < (5e-3 if world == "ideal" else 1e-3), "it stands, though the lever is not at rest"
+    lever(0)
     page.find_element(By.ID, "reset").click()
     until(page, lambda: get(page, "controller.reset"))
+    assert not get(page, "controller.tripped[1]")
     advance(page, 0.5)
     until(page, lambda: not page.find_element(By.ID, "broken").is_displayed())
-    run(page, "await machine.set('controller.rate.joint[1]', 0.1)")
+    lever(0.1)
     before = get(page, "hdrm.zeta[1]")
     advance(page, 1.0)
     assert get(page, "hdrm.zeta[1]") > before + 0.05
+    if world != "ideal":
+        with pytest.raises(RuntimeError, match="override:VALUE. replaces"):
+            run(page, "await machine.set('controller.tripped[1]', true)")
+        with pytest.raises(RuntimeError, match="override of `controller.tripped.1.`"):
+            run(page, "await machine.set('controller.tripped[1]', 'override:perhaps')")
 
 
 def test_the_end_of_travel_is_told_on_the_lever(page):
@@ -578,6 +590,151 @@ def test_the_tip_meets_the_floor_and_is_warned_of_it(page):
     until(page, lambda: "floor" in shown(page, "broken"))
     advance(page, 1.0)
     assert get(page, "hdrm.contact.force[2]") > 100
+
+
+def test_a_joints_slider_leads_it_there_and_ends_at_its_limits(page):
+    restart(page, trajectory="cubic", controller__settle_time=0.1)
+    least, most = page.execute_script("return JSON.parse(document.getElementById('scene').textContent).joints[0]")
+    slider = "document.querySelector('#joints input')"
+    assert page.execute_script(f"return [Number({slider}.min), Number({slider}.max)]") == pytest.approx([least, most], abs=1e-6)
+    page.execute_script(f"{slider}.value = 0.12; {slider}.dispatchEvent(new Event('input'))")
+    run(page, "machine.play()")
+    until(page, lambda: abs(get(page, "hdrm.zeta[1]") - 0.12) < 3e-3 and get(page, "controller.rate.joint[1]") == 0)
+    assert page.find_element(By.ID, "trajectory").get_property("value") == "rates joint"
+    until(page, lambda: "7° of" in page.execute_script("return document.getElementById('joints').textContent"))
+
+
+def test_the_picture_is_kept_and_fills_the_screen(page):
+    kept = run(
+        page,
+        """const made = URL.createObjectURL;
+        const blob = await new Promise((found) => {
+          URL.createObjectURL = (blob) => { found(blob); URL.createObjectURL = made; return "data:,"; };
+          document.getElementById("picture").click();
+        });
+        const shown = await createImageBitmap(blob);
+        const { clientWidth: width, clientHeight: height } = document.getElementById("machine");
+        const canvas = new OffscreenCanvas(64, 36);
+        canvas.getContext("2d").drawImage(shown, 0, 0, 64, 36);
+        const colours = new Set(new Uint32Array(canvas.getContext("2d").getImageData(0, 0, 64, 36).data.buffer));
+        return [blob.type, shown.width === width && shown.height === height, colours.size];""",
+    )
+    assert kept[:2] == ["image/png", True] and kept[2] > 50, "it is no blank one"
+    page.find_element(By.ID, "full").click()
+    until(page, lambda: page.execute_script("return document.fullscreenElement?.id") == "stage")
+    page.find_element(By.ID, "full").click()
+    until(page, lambda: page.execute_script("return document.fullscreenElement") is None)
+
+
+def test_two_tasks_explain_the_machine(page):
+    """Adaptation: after some seconds the machine errs less than the ghost that trusts the data sheet. Play: it is there, and its scopes are."""
+    page.execute_script("document.getElementById('explain-adaptation').click()")
+    until(page, lambda: "ghosts=modular" in page.current_url)
+    advance(page, 6.0)
+    worst = {"": 0.0, "modular": 0.0}
+    for _ in range(10):
+        advance(page, 0.2)
+        for law in worst:
+            worst[law] = max(worst[law], get(page, "controller.tip_error_norm", *([law] if law else [])))
+    assert worst["modular"] > 3 * worst[""] > 0, worst
+    titles = "return [...document.querySelectorAll('.scope h3')].map((title) => title.textContent)"
+    assert any("Learnt masses" in title for title in page.execute_script(titles))
+    page.execute_script("document.getElementById('explain-play').click()")
+    until(page, lambda: "world=real" in page.current_url)
+    assert get(page, "emla_2.backlash.width") == pytest.approx(2e-4)
+    assert any("Rod speeds" in title for title in page.execute_script(titles))
+
+
+def test_tip_path_and_ghosts_err_from_one_origin(page):
+    """All that is drawn enlarged starts at the reference, which is drawn where it is."""
+    restart(page, trajectory="cubic", controller__settle_time=0.1)
+    page.execute_script("document.querySelector('#ghosts [value=pd]').click()")
+    until(page, lambda: "ghosts=pd" in page.current_url)
+    where = "const s = machine.scene; return [s.reference, s.error, s.errors[0]].map((m) => m.position.toArray()).concat([Array.from(s.way.points.slice(3 * s.way.count - 3, 3 * s.way.count))])"
+    three = lambda name, *law: [get(page, f"{name}[{k}]", *law) for k in (1, 2, 3)]
+    for gain in ("1000", "100"):
+        Select(page.find_element(By.ID, "error-gain")).select_by_visible_text(gain)
+        advance(page, 0.5)
+        until(page, lambda: shown(page, "clock").startswith(f"{page.execute_script('return machine.time'):.2f}"))
+        reference, error, ghost, way = run(page, where)
+        desired = three("controller.desired.position")
+        assert reference == pytest.approx(desired, abs=1e-9)
+        for drawn, law in ((error, ()), (ghost, ("pd",))):
+            tip = three("hdrm.tip.position", *law)
+            assert drawn == pytest.approx([d + float(gain) * (p - d) for d, p in zip(desired, tip)], abs=1e-5)
+        assert sum((a - b) ** 2 for a, b in zip(way, error)) ** 0.5 < 2e-3, "the way is drawn each millimetre"
+    page.execute_script("document.querySelector('#ghosts [value=pd]').click()")
+    until(page, lambda: "ghosts" not in page.current_url)
+
+
+def test_axe_has_no_remark(page):
+    page.execute_script("document.querySelectorAll('details').forEach((part) => (part.open = true))")
+    assert remarks(page) == []
+
+
+def test_one_can_look_back_at_the_whole_run(page):
+    """One cursor in the picture and the scopes: both show what was, and again what is when the run goes on. The wheel shows more of it."""
+    restart(page, trajectory="cubic", controller__settle_time=0.1)
+    drawn = lambda: run(page, "return machine.scene.drawing.groups.map((g) => [...g.position.toArray(), ...g.quaternion.toArray()])")
+    clock = lambda: shown(page, "clock")
+    advance(page, 2.0)
+    until(page, lambda: clock() == "2.00 s")
+    early = drawn()
+    for _ in range(14):
+        advance(page, 1.0)
+    until(page, lambda: clock() == "16.00 s")
+    late = drawn()
+    look = "const scrub = document.getElementById('scrub'); scrub.value = arguments[0]; scrub.dispatchEvent(new Event('input'))"
+    page.execute_script(look, 2.0)
+    until(page, lambda: clock() == "2.00 s")
+    # What is kept has single precision.
+    until(page, lambda: all(a == pytest.approx(b, abs=1e-6) for a, b in zip(drawn(), early)))
+    legend = "return document.querySelector('.scope h3 span').textContent"
+    there = page.execute_script(legend)
+    page.execute_script(look, 16.0)
+    until(page, lambda: clock() == "16.00 s" and page.execute_script(legend) != there)
+    until(page, lambda: all(a == pytest.approx(b, abs=1e-6) for a, b in zip(drawn(), late)))
+    page.execute_script(look, 2.0)
+    until(page, lambda: clock() == "2.00 s")
+    advance(page, 0.1)
+    until(page, lambda: clock() == "16.10 s")
+
+
+def test_it_prints_picture_and_scopes(page):
+    try:
+        page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+        shows = "return ['stage', 'scopes', 'panel', 'levers', 'message'].filter((id) => getComputedStyle(document.getElementById(id)).display !== 'none')"
+        assert page.execute_script(shows) == ["stage", "scopes"]
+        assert page.execute_script("return getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    finally:
+        page.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})
+
+
+@pytest.mark.parametrize("force", [0, -14000])
+def test_the_numbers_at_an_axis_differ_and_are_evenly_spaced(page, force):
+    """Whatever a scope shows: values that are large, small or nearly alike."""
+    run(
+        page,
+        """window.axes = new Map();
+        const { clearRect, fillText } = CanvasRenderingContext2D.prototype;
+        CanvasRenderingContext2D.prototype.clearRect = function (...at) { axes.set(this.canvas, []); clearRect.apply(this, at); };
+        CanvasRenderingContext2D.prototype.fillText = function (text, ...at) {
+          if (this.textAlign === "right" && /^[−0-9.]+$/.test(text)) axes.get(this.canvas)?.push(Number(text.replace("−", "-")));
+          fillText.call(this, text, ...at);
+        };
+        window.unhook = () => Object.assign(CanvasRenderingContext2D.prototype, { clearRect, fillText });""",
+    )
+    try:
+        restart(page, trajectory="rates", controller__settle_time=0)
+        run(page, "await machine.set('hdrm.wrench_env[2]', given[0])", force)
+        advance(page, 0.6)
+        numbers = lambda: page.execute_script("return [...axes].filter(([canvas]) => canvas.isConnected).map(([, numbers]) => numbers)")
+        until(page, lambda: len(numbers()) >= 3 and all(len(axis) >= 2 for axis in numbers()))
+        for axis in numbers():
+            steps = [b - a for a, b in zip(axis, axis[1:])]
+            assert min(steps) > 0 and max(steps) < 1.01 * min(steps), axis
+    finally:
+        page.execute_script("unhook()")
 
 
 def test_moments_and_settings_lead_back(page):
@@ -604,7 +761,8 @@ def test_recording(page):
     advance(page, 0.25)
     until(page, lambda: page.find_element(By.ID, "csv").is_enabled())
     lines = downloaded(page, "csv").strip().split("\n")
-    assert lines[0].startswith("time,hdrm.zeta[1]")
+    assert lines[0].startswith("time,hdrm.zeta[1] [rad]") and "controller.tip_error_norm [m]" in lines[0] and "emla_2.F [N]" in lines[0]
+    until(page, lambda: re.fullmatch(r"Download CSV \(0\.2\d* s\)", shown(page, "csv")))
     times = [float(line.split(",")[0]) for line in lines[1:]]
     assert times[-1] == pytest.approx(0.25) and len(times) >= 250
     assert all(b - a == pytest.approx(1e-3) for a, b in zip(times[-200:], times[-199:]))

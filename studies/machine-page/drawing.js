@@ -8,6 +8,8 @@ const METAL = {
   RK: "#e04848", CP: "#2f95dc", A4: "#8494a5", C4: "#b3c0cc", D4: "#8494a5", PL: "#a9814f",
 };
 const TIP_COLOR = "#d4145a";
+const DAY = { sky: "#dfe7ef", ground: "#cfd8e1", axes: "#aab6c2", grid: "#bcc7d2" };
+const NIGHT = { sky: "#141c26", ground: "#1d2732", axes: "#51606f", grid: "#3a4856" };
 /* three.js's `BasicShadowMap`: without soft edges. */
 const BASIC_SHADOWS = 0;
 /* Where the eye is and what it looks at; `at` is the tip. */
@@ -37,7 +39,7 @@ class MachineDrawing {
     this.controls.maxPolarAngle = 0.52 * Math.PI;
     this.controls.listenToKeyEvents(canvas);
     this.light();
-    this.surroundings({ sky: "#dfe7ef", ground: "#cfd8e1", axes: "#aab6c2", grid: "#bcc7d2" });
+    this.surroundings(DAY);
     /* What stands on the base: everything but the ground. */
     this.base = new THREE.Group();
     this.scene.add(this.base);

@@ -4,14 +4,16 @@
  */
 import { poses } from "./kinematics.js";
 
-const DAY = { sky: "#dfe7ef", ground: "#cfd8e1", axes: "#aab6c2", grid: "#bcc7d2" };
-const NIGHT = { sky: "#141c26", ground: "#1d2732", axes: "#51606f", grid: "#3a4856" };
 /* Points of the tip's way that are kept. */
 const WAY = 4000;
 /* Force of a push per metre dragged, N/m, and the largest, N. */
 const PUSH_STIFFNESS = 1500;
 const PUSH_MOST = 2000;
 const REFERENCE = "#00a6c8";
+/* Force of the floor on the tip per metre of its arrow, N/m; the arrow is this long at most, m. */
+const [CONTACT_SCALE, CONTACT_MOST] = [2000, 1.5];
+const CONTACT = "#1fa35c";
+const LIMIT = "#d98800";
 /* Time that a picture takes, ms: more of it means fewer points, less of it more of them; and time without change after which nothing moves. */
 const [SLOW, FAST, STILL] = [34, 20, 400];
 const ROD_LABELS = { C2: 1, C3: 2, T1: 0 };
@@ -75,6 +77,10 @@ export class LiveScene {
     // A cone one metre long, whose point is the tip: scaled it shows the push.
     this.arrow = this.mark(new THREE.CylinderGeometry(0.05, 0.005, 1, 16).translate(0, 0.5, 0), "#ff3b30");
     this.arrow.visible = false;
+    this.contact = this.mark(new THREE.CylinderGeometry(0.005, 0.05, 1, 16).translate(0, 0.5, 0), CONTACT);
+    this.contact.visible = false;
+    this.limits();
+    this.gripper();
     // Where tip and ghosts' tips are, as far from the reference as the drawn error says.
     this.error = this.mark(new THREE.SphereGeometry(0.03, 16, 12), TIP_COLOR);
     this.errors = [];
@@ -107,6 +113,33 @@ export class LiveScene {
     person.position.set(-0.9, 0, -0.4);
     person.castShadow = true;
     this.drawing.scene.add(person);
+  }
+
+  /* Two jaws at the end of the last body, which have no mass: the tip is between their ends. */
+  gripper() {
+    const [reach, , ] = this.data.tree.r_D4_T4;
+    const bar = (from, to, radius) => MachineDrawing.shape({ kind: "bar", from, to, radius });
+    const jaws = [-1, 1].flatMap((side) => [bar([reach - 0.16, 0, 0], [reach - 0.08, 0, 0.07 * side], 0.022), bar([reach - 0.08, 0, 0.07 * side], [reach + 0.02, 0, 0.045 * side], 0.018)]);
+    const mesh = new THREE.Mesh(MachineDrawing.merged(jaws), this.drawing.surface({ color: "#2b3541", metalness: 0.3, roughness: 0.5 }));
+    mesh.castShadow = true;
+    this.drawing.groups[this.data.bodies.findIndex(({ name }) => name === "D4")].add(mesh);
+  }
+
+  /* Ranges of slew, lift and tilt as arcs about their joints; the last two turn with what carries them. */
+  limits() {
+    const { tree, joints } = this.data;
+    const arc = ([least, most], radius, place) => {
+      const line = this.drawing.line(LIMIT, 0.7);
+      line.material.depthTest = true;
+      const points = Array.from({ length: 41 }, (_, k) => place(least + (k / 40) * (most - least), k === 0 || k === 40 ? 0.8 * radius : radius));
+      MachineDrawing.setPoints(line, [0, 1, 2].map((i) => points.map((point) => point[i])));
+      return line;
+    };
+    const along = (offset) => (angle, radius) => [radius * Math.cos(angle + offset), radius * Math.sin(angle + offset), 0];
+    arc(joints[0], 1, (angle, radius) => [radius * Math.cos(angle), 0.01, -radius * Math.sin(angle)]);
+    const boom = Math.atan2(tree.e_boom[1], tree.e_boom[0]);
+    const elbow = Math.atan2(tree.r_A2_B[1], tree.r_A2_B[0]);
+    this.arcs = [[arc(joints[1], 0.5, along(elbow - tree.lift.beta2)), "T1", tree.r_T1_O], [arc(joints[2], 0.4, along(boom)), "A2", tree.r_A2_B]];
   }
 
   /* The lowest of the bodies that move, and of what hangs at the tip: its height over the floor, m, and what it is called. */
@@ -158,10 +191,22 @@ export class LiveScene {
     return [...world.T4.r, ...strokes];
   }
 
-  /* A frame's values: zeta, tip, strokes, desired, loadMass, tilt, and zeta of each ghost. */
-  show({ zeta, tip, strokes, desired, loadMass, tilt, ghosts }) {
+  /* A frame's values: zeta, tip, strokes, desired, contact, loadMass, tilt, and zeta of each ghost. */
+  show({ zeta, tip, strokes, desired, contact, loadMass, tilt, ghosts }) {
     const { drawing } = this;
     const drawn = this.pose(drawing.groups, zeta);
+    for (const [line, carrier, at] of this.arcs) {
+      const group = drawing.groups[this.data.bodies.findIndex(({ name }) => name === carrier)];
+      line.quaternion.copy(group.quaternion);
+      line.position.set(...at).applyQuaternion(group.quaternion).add(group.position);
+    }
+    const force = new THREE.Vector3(...contact);
+    this.contact.visible = force.length() > 1;
+    if (this.contact.visible) {
+      this.contact.position.set(...tip);
+      this.contact.scale.y = Math.min(0.1 + force.length() / CONTACT_SCALE, CONTACT_MOST);
+      this.contact.quaternion.setFromUnitVectors(new THREE.Vector3(0, 1, 0), force.normalize());
+    }
     // How far tip and rods are drawn from where the FMU has them, m: another machine would show.
     this.stage.dataset.drawingError = Math.hypot(...[...tip, ...strokes].map((v, k) => v - drawn[k]));
     drawing.tip.position.set(...tip);
@@ -269,6 +314,13 @@ export class LiveScene {
     const step = this.pace > SLOW ? -0.125 : this.pace < FAST ? 0.125 : 0;
     if (step && now - this.changed > STILL) [this.moving, this.changed] = [Math.min(Math.max(this.moving + step, 0.5), 1), now];
     this.drawing.sharpness(this.moving);
+  }
+
+  /* The picture as a PNG file, with all points of the screen. */
+  async picture() {
+    this.drawing.sharpness(1);
+    this.drawing.render();
+    return new Promise((kept) => this.canvas.toBlob(kept, "image/png"));
   }
 
   /* The picture of this time, ms, where something has changed. */

@@ -24,6 +24,15 @@ const TASKS = [
 const [{ settings: FIRST }] = TASKS;
 /* How long the reference rests before the next task begins, s. */
 const TASK_RESTS = 1.5;
+/* Two runs that explain the machine, each beside another: what is looked at, and what one sees. */
+const EXPLAINED = {
+  adaptation: { settings: { trajectory: "path", "controller.path_file": "iso9283-cube:1", "controller.mode": "adaptive", "hdrm.inertia_scale": "1.4", "controller.settle_time": "0.3", ...EQUIPPED },
+    ghosts: ["modular"], scopes: ["error", "masses"],
+    text: "All bodies are 40 % heavier than the controller was told. The machine's controller learns the masses: its curves in Learnt masses move, and its tip error falls. The ghost trusts the data sheet, and keeps its error." },
+  play: { settings: { world: "real", trajectory: "path", "controller.path_file": "iso9283-cube:1", "controller.settle_time": "0.5", ...EQUIPPED, ...Object.fromEntries([1, 2, 3].map((k) => [`emla_${k}.backlash.width`, "2e-4"])) },
+    ghosts: [], scopes: ["error", "force", "speed"],
+    text: "Nut and rod have 200 µm of play, and sensors err. Where a rod's force changes its sign, the nut crosses the gap: look for steps in Rod speeds and in Tip error. Then take the play away under Add play, friction, sensor errors." },
+};
 /* Changes of a run that an address holds at most; levers make more. */
 const MOST_CHANGES = 200;
 const GHOST_LAWS = ["adaptive", "modular", "pd", "modular_integral"];
@@ -42,11 +51,13 @@ const CAUSES = {
   9: "a motor's torque does not fit the force of its rod: a brake drags, or a sensor errs", 10: "a drive does not give the commanded current", 11: "a joint of the wrist runs away",
 };
 const RESET_TAKES = 0.1;
-/* Worlds in which the drives themselves tell whether they have tripped. */
-const STOP_DRIVEN = ["real", "electric"];
-const STOP_NEEDS = "The emergency stop needs the supervisor (Controller), and the ideal machine: elsewhere only the drives themselves trip.";
+/* The input by which a drive tells the supervisor that it has tripped. Where a drive is there to do so, the button overrides it. */
+const STOP = "controller.tripped[1]";
+const STOP_NEEDS = "The emergency stop needs the supervisor: tick it under Controller.";
 /* A joint or rod this near to its limit is at the end of its travel, rad and m; a body this near to the floor is warned of, m. */
 const [JOINT_END, STROKE_END, FLOOR_NEAR] = [0.02, 0.01, 0.1];
+/* A joint is where its slider was put when it is this near, rad. */
+const JOINT_THERE = 2e-3;
 /* After a script has advanced the run: it rests from so long on; until then a picture comes that often, ms. */
 const [SCRIPT_RESTS, SCRIPT_PICTURES] = [60, 500];
 
@@ -63,6 +74,7 @@ class LivePage extends Page {
     this.recorder = new Recorder();
     this.monitor = new Monitor(this.data, (...its) => this.alarm(...its));
     this.buttons();
+    this.jointSliders();
     this.firstMinute();
     this.takeFiles(["waypoint-file", "settings-file"], "Waypoints or settings");
   }
@@ -124,6 +136,7 @@ class LivePage extends Page {
         await this.ensemble.restart(asked, laws, plan);
         Object.assign(this, { settings: asked, plan, log: [...plan], lost: null, pushed: null, resets: null, commanded: new Array(6).fill(0), load: 0 });
         Object.assign(this, { began: { ...asked }, run: {} });
+        if (!there) this.goals.fill(null);
         this.bars.clear();
         element("moments").replaceChildren();
         await this.know();
@@ -212,6 +225,7 @@ class LivePage extends Page {
   }
 
   frame(frame) {
+    if (frame.time !== this.latest?.time && this.monitor.look) this.monitor.lookAt(null);
     if (!this.monitor.frame(frame)) return;
     this.recorder.add(frame.history, 1 + this.monitor.names.length);
     this.latest = frame;
@@ -270,13 +284,8 @@ class LivePage extends Page {
     this.pause();
   }
 
-  /* The input by which drives tell the supervisor that they have tripped, where nothing else drives it. */
   get canStop() {
-    return this.hasInput("controller.tripped[1]") && !STOP_DRIVEN.includes(this.settings.world) && String(this.settings["controller.supervisor"]) === "true";
-  }
-
-  hasInput(name) {
-    return this.variables?.has(name);
+    return this.variables?.has(STOP) && String(this.settings["controller.supervisor"]) === "true";
   }
 
   /* As a drive that trips: the supervisor brakes all. */
@@ -285,15 +294,20 @@ class LivePage extends Page {
     return this.inTurn(async () => {
       if (!this.canStop) throw new Error(STOP_NEEDS);
       this.emergency = true;
-      await this.put("controller.tripped[1]", true);
+      await this.put(STOP, this.stopping(true));
     });
+  }
+
+  /* The button's value, pressed or let go, as the world takes it. */
+  stopping(pressed) {
+    return (this.settings.world ?? "ideal") === "ideal" ? pressed : `override:${pressed || ""}`;
   }
 
   /* After a stop the machine is ready again where it stands. */
   reset() {
     this.tour = null;
     return this.inTurn(async () => {
-      if (this.emergency) await this.put("controller.tripped[1]", false);
+      if (this.emergency) await this.put(STOP, this.stopping(false));
       this.emergency = false;
       await this.put("controller.reset", true);
       this.resets = this.ensemble.time + RESET_TAKES;
@@ -314,8 +328,8 @@ class LivePage extends Page {
     // A script that advances in small pieces waits for no picture: one comes when it rests, and a few meanwhile.
     if (performance.now() - (this.advanced ?? -Infinity) < SCRIPT_RESTS && now - (this.drawn ?? 0) < SCRIPT_PICTURES) return;
     this.drawn = now;
-    if (this.latest && this.latest !== this.shown) {
-      this.shown = this.latest;
+    if (this.latest && (this.monitor.look ?? this.latest) !== this.shown) {
+      this.shown = this.monitor.look ?? this.latest;
       this.show();
     }
     if (this.latest) this.monitor.draw(this.latest.time);
@@ -331,10 +345,11 @@ class LivePage extends Page {
   }
 
   show() {
-    const { now, ghosts } = this.monitor;
+    const { seen: now, look } = this.monitor;
+    const { ghosts } = look ?? this.monitor;
     const tilt = now("tilt");
     this.scene.show({
-      zeta: now("zeta"), tip: now("tip"), strokes: now("stroke"), desired: now("desired"),
+      zeta: now("zeta"), tip: now("tip"), strokes: now("stroke"), desired: now("desired"), contact: now("contact").length ? now("contact") : [0, 0, 0],
       loadMass: now("load")[0] ?? 0, tilt: tilt.length ? tilt : [0, 0], ghosts });
   }
 
@@ -350,13 +365,17 @@ class LivePage extends Page {
 
   numbers() {
     if (!this.latest) return;
-    const { time, share } = this.latest;
+    const { share, time: present } = this.latest;
+    const { time } = this.monitor.look ?? this.latest;
+    element("scrub").max = present;
+    if (!this.monitor.look) element("scrub").value = present;
     const wall = performance.now() / 1000;
     if (!(wall - this.mark?.wall < 1)) {
-      this.pace = Math.max(time - (this.mark?.time ?? time), 0) / (wall - (this.mark?.wall ?? 0));
-      this.mark = { time, wall };
+      this.pace = Math.max(present - (this.mark?.time ?? present), 0) / (wall - (this.mark?.wall ?? 0));
+      this.mark = { time: present, wall };
     }
-    const { now, ghostErrors } = this.monitor;
+    const { seen: now, look } = this.monitor;
+    const { ghostErrors } = look ?? this.monitor;
     const [forces, currents, [error]] = [now("force"), now("current"), now("error")];
     element("clock").textContent = `${time.toFixed(2)} s`;
     element("factor").textContent = this.playing ? this.pace.toPrecision(2) : "paused";
@@ -368,7 +387,8 @@ class LivePage extends Page {
     const beside = this.laws.map((law, k) => `<tr style="color:${this.monitor.ghostColor(k)}"><td>${law}</td><td colspan="3">${readable(1000 * ghostErrors[k])} mm</td></tr>`);
     element("readout").innerHTML = `<table>${lines.join("")}<tr><td><b>tip error</b></td><td colspan="3"><b>${readable(1000 * error)} mm</b></td></tr>${beside.join("")}</table>`;
     this.scene.label(ACTUATORS.map((name, k) => `${name} ${fixed(forces[k] / 1000, 1)} kN, ${fixed(currents[k], 0)} A`));
-    this.limits(time);
+    this.limits(present);
+    this.followSliders();
     this.showBar();
     const length = this.recorder.seconds;
     element("csv").disabled = this.recorder.count === 0;
@@ -414,6 +434,13 @@ class LivePage extends Page {
   play() {
     this.playing = true;
     return this.inTurn(() => this.settings && this.goOn());
+  }
+
+  /* Picture and scopes as they were; the run waits. At its end, and when it goes on, they are at the present. */
+  async lookBack(time) {
+    if (this.playing) await this.pause();
+    this.monitor.lookAt(time > this.ensemble.time - 0.05 ? null : time);
+    this.scene.clear();
   }
 
   async pause() {
@@ -585,7 +612,7 @@ class LivePage extends Page {
     // What was changed later has not happened, but what the run was to have is still to come.
     this.log = this.log.filter((change) => change.time <= time + 1e-9 || this.plan.includes(change));
     this.settings = { ...this.began, ...Object.fromEntries(this.log.filter(({ kept }) => kept).map(({ name, value }) => [name, value])) };
-    this.emergency = this.hasInput("controller.tripped[1]") && this.canStop && Boolean(await this.engine.get("controller.tripped[1]"));
+    this.emergency = this.canStop && Boolean(await this.engine.get(STOP));
     this.commanded = await Promise.all(this.commanded.map((_, k) => this.engine.get(`controller.rate.${this.levers.kind}[${k + 1}]`)));
     await this.showPanel();
     this.keepAddress();
@@ -631,11 +658,16 @@ class LivePage extends Page {
 
   buttons() {
     this.on("play", () => (this.playing ? this.pause() : this.play()));
+    this.on("scrub", () => this.lookBack(Number(element("scrub").value)), "input");
     this.on("step", () => this.advance(this.engine.about.step));
     this.on("undo", () => this.undo());
     this.on("restart", () => this.start((now) => now, { again: true, why: "From the start again." }));
     this.on("emergency", () => this.stopAll());
     this.on("reset", () => this.reset());
+    this.on("full", () => (document.fullscreenElement ? document.exitFullscreen() : element("stage").requestFullscreen()));
+    this.on("picture", async () => download("machine.png", await this.scene.picture(), "image/png"));
+    this.on("explain-adaptation", () => this.explain("adaptation"));
+    this.on("explain-play", () => this.explain("play"));
     this.on("about-link", () => { element("what").open = true; element("what").scrollIntoView({ block: "nearest" }); });
     this.on("broken-close", () => this.closeBar());
     this.on("speed", () => this.playing && this.play(), "change");
@@ -665,6 +697,45 @@ class LivePage extends Page {
       this.monitor.theme();
     });
     this.keys();
+  }
+
+  explain(name) {
+    const { settings, ghosts, scopes, text } = EXPLAINED[name];
+    element("explanation").textContent = text;
+    this.monitor.chosen = new Set(scopes);
+    return this.start(settings, { ghosts, why: text });
+  }
+
+  /* A slider for each joint, over its range: the machine goes where it is put, as fast as the levers may. */
+  jointSliders() {
+    this.goals = this.data.joints.map(() => null);
+    this.sliders = this.data.joints.map(([least, most], k) => {
+      const row = html`<label class="row"><span>${LEVERS.joint[k].name}</span><b></b><input type="range" min="${least}" max="${most}" step="0.001"></label>`;
+      const field = row.querySelector("input");
+      field.addEventListener("input", () => (this.goals[k] = Number(field.value)));
+      element("joints").append(row);
+      return { field, text: row.querySelector("b") };
+    });
+  }
+
+  /* Sliders show where the joints are, except one that leads its joint there. */
+  followSliders() {
+    const zeta = this.monitor.now("zeta");
+    this.sliders.forEach(({ field, text }, k) => {
+      const degrees = (angle) => `${Math.round((180 / Math.PI) * angle)}°`;
+      const words = `${degrees(zeta[k])} of ${this.data.joints[k].map(degrees).join(" to ")}`.replaceAll("-", "−");
+      if (text.textContent !== words) text.textContent = words;
+      if (this.goals[k] === null) field.value = zeta[k];
+    });
+    if (this.goals.every((goal) => goal === null)) return;
+    if (this.levers.kind !== "joint" && !this.commanding) {
+      this.levers.lead("joint");
+      this.attempt(() => this.lead("rates joint"));
+      return;
+    }
+    const rates = this.goals.map((goal, k) => (goal === null ? 0 : Math.min(Math.max(2 * (goal - zeta[k]), -MOST.joint[k]), MOST.joint[k])));
+    this.goals = this.goals.map((goal, k) => (goal !== null && Math.abs(goal - zeta[k]) < JOINT_THERE ? null : goal));
+    this.command("joint", rates.map((rate, k) => (this.goals[k] === null ? 0 : Number(rate.toPrecision(3)))));
   }
 
   aim(on) {
@@ -778,3 +849,4 @@ opened.catch(async (error) => {
   element("broken").append(usual);
 });
 scripted(live, opened);
+Object.defineProperty(window.machine, "scene", { get: () => live.scene });

@@ -4,6 +4,8 @@ import { Scope, readable } from "./scopes.js";
 import { ACTUATORS, GHOST_SIGNALS, SCOPES, SIGNALS, watched } from "./signals.js";
 
 const SCOPE_SECONDS = 12;
+/* How often values of all signals are kept to look back at, s of the run. */
+const PAST_EVERY = 0.1;
 /* Colours of the page that ghosts have come after those of the machine. */
 const FIRST_GHOST_COLOR = 2;
 /* Where a run is lost: the tip this far off, m; a rod with this many times its rated force. */
@@ -19,6 +21,8 @@ export class Monitor {
     Object.assign(this, { machine, alarm, scopes: new Map(), chosen: new Set(SCOPES.filter(({ shown }) => shown).map(({ name }) => name)) });
     Object.assign(this, { rests: 0, stage: 0, cause: 0 });
     this.now = (signal) => (this.places[signal] ?? []).map((k) => this.values[k]);
+    /* The same of the moment that is looked at. */
+    this.seen = (signal) => (this.places[signal] ?? []).map((k) => (this.look ?? this).values[k]);
   }
 
   /* Another run, of a system with these variables, with ghosts under these laws. */
@@ -26,7 +30,7 @@ export class Monitor {
     const has = (name) => variables.has(name);
     const [own, ghost] = [watched(SIGNALS, has), watched(GHOST_SIGNALS, has)];
     Object.assign(this, { laws, settings, names: own.names, places: own.places, ghostNames: ghost.names, ghostPlaces: ghost.places });
-    Object.assign(this, { rests: Infinity, swings: undefined, stage: 0, cause: 0 });
+    Object.assign(this, { rests: Infinity, swings: undefined, stage: 0, cause: 0, past: [], look: null });
     [this.ghosts, this.ghostErrors] = [laws.map(() => [NaN]), laws.map(() => NaN)];
     this.scopes.forEach(({ scope }) => scope.remove());
     this.scopes.clear();
@@ -54,6 +58,11 @@ export class Monitor {
       this.scopes.get(name)?.scope.remove();
       if (this.scopes.delete(name)) continue;
       const scope = new Scope(element("scopes"), { title, unit, length: SCOPE_SECONDS, scrolls: true });
+      scope.zoom(this.shown ?? SCOPE_SECONDS);
+      scope.zoomed = (length) => {
+        this.shown = length;
+        this.scopes.forEach((other) => other.scope.zoom(length));
+      };
       const traces = labels.map((label) => scope.add(label));
       const beside = ghosts ? this.laws.map((law, k) => scope.add(law, k + FIRST_GHOST_COLOR)) : [];
       const planned = truth ? labels.map((_, k) => scope.add("", k, true)) : [];
@@ -69,6 +78,9 @@ export class Monitor {
     [[this.stage], [this.cause]] = [this.now("stage"), this.now("cause")];
     const masses = this.trueMasses();
     for (let at = 0; at + stride <= history.length; at += stride) {
+      if (history[at] > (this.past.at(-1)?.time ?? -Infinity) + PAST_EVERY - 5e-4) {
+        this.past.push({ time: history[at], values: Float32Array.from(history.subarray(at + 1, at + stride)), ghosts: [...this.ghosts], ghostErrors: [...this.ghostErrors] });
+      }
       const [t, row] = [history[at], (signal) => this.places[signal].map((k) => history[at + 1 + k])];
       for (const { description, traces, planned } of this.scopes.values()) {
         const { signal, of = (v) => v } = description;
@@ -133,7 +145,8 @@ export class Monitor {
   }
 
   /* One scope a picture, in turn: three of them at a third of the rate are faster than one reads. */
-  draw(time) {
+  draw(present) {
+    const time = this.look ? Math.min(present, Math.max(this.look.time + 0.5 * (this.shown ?? SCOPE_SECONDS), this.shown ?? SCOPE_SECONDS)) : present;
     const next = [...this.scopes].find(([, { scope }]) => scope.end !== time);
     if (!next) return;
     this.scopes.delete(next[0]);
@@ -143,7 +156,16 @@ export class Monitor {
 
   /* After a jump back to `time`. */
   cut(time) {
+    this.past = this.past.filter((moment) => moment.time <= time + 1e-9);
     this.scopes.forEach(({ scope }) => scope.cut(time));
+  }
+
+  /* Looks at the kept moment that is nearest to the time, or again at the present one. */
+  lookAt(time) {
+    const near = (best, moment) => (Math.abs(moment.time - time) < Math.abs(best.time - time) ? moment : best);
+    this.look = time === null || !this.past.length ? null : this.past.reduce(near);
+    this.scopes.forEach(({ scope }) => Object.assign(scope, { cursor: this.look?.time, end: NaN }));
+    return this.look;
   }
 
   theme() {

@@ -14,6 +14,7 @@ export const SIGNALS = {
   stroke: three("hdrm.x[#]"),
   speed: three("hdrm.x_dot[#]"),
   load: ["hdrm.load.mass"],
+  contact: three("hdrm.contact.force[#]"),
   tilt: ["hdrm.base.tilt[1]", "hdrm.base.tilt[2]"],
   masses: ["T1", "A2", "A3", "D4", "PL"].map((body) => `controller.mass_hat.${body}`),
   stage: ["controller.supervisor.state"],

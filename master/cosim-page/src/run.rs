@@ -4,7 +4,7 @@
 use std::collections::BTreeMap;
 
 use anyhow::{Context, Result, bail, ensure};
-use cosim::exchange::faults;
+use cosim::exchange::faults::{self, Faults};
 use cosim::instance::{At, messages};
 use cosim::io::numbers;
 use cosim::master::{Master, Saved};
@@ -31,7 +31,9 @@ pub struct Run {
     end: Option<String>,
     /// Settings that take effect at the next step.
     waiting: Vec<Setting>,
-    saved: BTreeMap<u64, (Saved, Supervision)>,
+    /// Driven inputs that have another value than the connection's.
+    overridden: Faults,
+    saved: BTreeMap<u64, (Saved, Supervision, Faults)>,
     next_id: u64,
 }
 
@@ -48,6 +50,7 @@ impl Run {
             signals: None,
             end: None,
             waiting: Vec::new(),
+            overridden: experiment.faults.clone(),
             saved: BTreeMap::new(),
             next_id: 0,
         })
@@ -117,8 +120,16 @@ impl Run {
 
     /// Set an input that no connection drives, or a tunable parameter; an input of the system sets
     /// all inputs that it feeds. It takes effect at the present communication point, but with the
-    /// schedule `standard` just before the next step, because nothing may be read after it.
+    /// schedule `standard` just before the next step, because nothing may be read after it. The text
+    /// `override:VALUE` gives an input that a connection drives this value instead, and
+    /// `override:` the connection's again.
     pub fn set(&mut self, name: &str, text: &str) -> Result<()> {
+        if let Some(value) = text.strip_prefix("override:") {
+            let port = self.system.port(name)?;
+            if self.driver(port)?.is_some() {
+                return self.override_input(port, value);
+            }
+        }
         let settings = self.system.settings(name, text)?;
         for setting in &settings {
             self.refuse_fixed(setting.port)?;
@@ -135,6 +146,26 @@ impl Run {
         let mut settings = settings.iter();
         settings.try_for_each(|setting| self.apply(setting))?;
         self.master.pass()
+    }
+
+    fn override_input(&mut self, port: Port, value: &str) -> Result<()> {
+        let mut overridden = self.overridden.clone();
+        overridden.list.retain(|fault| fault.port != port);
+        if !value.is_empty() {
+            let name = self.system.name(port);
+            overridden.add(&self.system, &format!("{name}=override:{value}"))?;
+        }
+        self.master.apply_faults(&self.system, &overridden)?;
+        self.overridden = overridden;
+        Ok(())
+    }
+
+    /// Name of the output that drives an input during the run.
+    fn driver(&self, port: Port) -> Result<Option<String>> {
+        let wiring = self.system.wiring()?;
+        let link = wiring.driver(port).map(|k| &wiring.links[k]);
+        let link = link.filter(|link| !link.is_initial);
+        Ok(link.map(|link| wiring.name(link.from)))
     }
 
     fn apply(&self, setting: &Setting) -> Result<()> {
@@ -156,15 +187,10 @@ impl Run {
             !faults::is_source(&self.system, port),
             "`{name}` is an output; inputs and parameters can be set"
         );
-        if v.causality == Causality::Input {
-            let wiring = self.system.wiring()?;
-            let link = wiring.driver(port).map(|k| &wiring.links[k]);
-            if let Some(link) = link.filter(|link| !link.is_initial) {
-                bail!(
-                    "`{name}` cannot be set: the connection from `{}` gives it its values",
-                    wiring.name(link.from)
-                );
-            }
+        if let Some(from) = self.driver(port)? {
+            bail!(
+                "`{name}` cannot be set: the connection from `{from}` gives it its values; `override:VALUE` replaces them"
+            );
         }
         ensure!(
             v.causality == Causality::Input || v.is_tunable(),
@@ -175,7 +201,11 @@ impl Run {
 
     /// Save the state of the run; returns its number.
     pub fn save(&mut self) -> Result<u64> {
-        let saved = (self.master.save()?, self.supervision.clone());
+        let saved = (
+            self.master.save()?,
+            self.supervision.clone(),
+            self.overridden.clone(),
+        );
         self.next_id += 1;
         self.saved.insert(self.next_id, saved);
         Ok(self.next_id)
@@ -184,8 +214,12 @@ impl Run {
     /// Return to a saved state.
     pub fn restore(&mut self, id: u64) -> Result<()> {
         let saved = self.saved.get(&id);
-        let (saved, supervision) =
+        let (saved, supervision, overridden) =
             saved.with_context(|| format!("this run has no saved state {id}"))?;
+        if *overridden != self.overridden {
+            self.master.apply_faults(&self.system, overridden)?;
+            self.overridden.clone_from(overridden);
+        }
         self.master.restore(saved)?;
         self.supervision.clone_from(supervision);
         self.end = None;

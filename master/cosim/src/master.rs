@@ -226,7 +226,8 @@ impl Master {
         &self.coupling.instances
     }
 
-    /// From now on faults alter values; those of the present time are passed again. An input in a
+    /// From now on these faults, and no others, alter values; those of the present time are passed
+    /// again. An input in a
     /// scenario that nothing drives keeps its present value apart from the faults.
     pub fn apply_faults(&mut self, system: &System, faults: &Faults) -> Result<()> {
         let wiring = system.wiring()?;
@@ -250,7 +251,7 @@ impl Master {
             .chain(rates.flat_map(|rate| &mut rate.writes))
             .chain(self.inputs.iter_mut().flat_map(|table| &mut table.writes));
         writes.for_each(|write| write.attach(&wiring, &mut alteration));
-        self.coupling.exchange.faults = Some(alteration);
+        self.coupling.exchange.faults = (!faults.list.is_empty()).then_some(alteration);
         self.set_inputs()?;
         self.pass()
     }

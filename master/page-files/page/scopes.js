@@ -28,23 +28,32 @@ class Trace {
     }
   }
 
-  /* Forgets what is not between the two times. */
-  keep(from, to) {
-    const [least, most] = [Math.floor(from / this.stretch), Math.floor(to / this.stretch)];
-    let end = this.indices.length;
-    while (end > 0 && this.indices[end - 1] > most) end -= 1;
-    let begin = 0;
-    while (begin < end && this.indices[begin] < least) begin += 1;
-    // Dropping from the front moves everything: in larger pieces.
-    if (begin < 200) begin = 0;
-    if (begin === 0 && end === this.indices.length) return;
-    for (const name of ["indices", "low", "high"]) this[name] = this[name].slice(begin, end);
+  /* Forgets what is after the time. */
+  cut(time) {
+    const end = this.place(time + this.stretch);
+    for (const name of ["indices", "low", "high"]) this[name].length = end;
+  }
+
+  /* Place of the first stretch that is not before the time's. */
+  place(t) {
+    const index = Math.floor(t / this.stretch + 1e-6);
+    let [least, most] = [0, this.indices.length];
+    while (least < most) {
+      const middle = (least + most) >> 1;
+      if (this.indices[middle] < index) least = middle + 1;
+      else most = middle;
+    }
+    return least;
+  }
+
+  /* Places of what is shown between two times: from the first to before the second. */
+  between(from, to) {
+    return [Math.max(this.place(from) - 1, 0), Math.min(this.place(to) + 1, this.indices.length)];
   }
 
   at(t) {
-    const index = Math.floor(t / this.stretch);
-    const k = this.indices.findIndex((i) => i >= index);
-    return k < 0 ? NaN : 0.5 * (this.low[k] + this.high[k]);
+    const k = this.place(t);
+    return k < this.indices.length ? 0.5 * (this.low[k] + this.high[k]) : NaN;
   }
 }
 
@@ -72,11 +81,21 @@ export class Scope {
   /* `length` in s; `scrolls`: the newest `length` seconds are shown, else the first ones. */
   constructor(parent, { title, unit, length, scrolls }) {
     Object.assign(this, { title, unit, length, scrolls, traces: [], pointer: null, shown: 0 });
-    this.element = html`<div class="scope"><h3></h3><canvas role="img"></canvas></div>`;
+    this.element = html`<div class="scope"><h3 aria-level="2"></h3><canvas role="img"></canvas></div>`;
     [this.legend, this.canvas] = this.element.children;
     parent.append(this.element);
     this.canvas.addEventListener("pointermove", (event) => this.point(event.offsetX));
     this.canvas.addEventListener("pointerleave", () => this.point(null));
+    // One that scrolls shows more or less of the run by the wheel, and again as usual by a double click.
+    const zoom = (event, length) => {
+      event.preventDefault();
+      this.zoomed(Math.min(Math.max(length, 0.5), 600));
+    };
+    this.zoomed = (shown) => this.zoom(shown);
+    if (scrolls) {
+      this.canvas.addEventListener("wheel", (event) => zoom(event, this.length * 1.15 ** Math.sign(event.deltaY)), { passive: false });
+      this.canvas.addEventListener("dblclick", (event) => zoom(event, length));
+    }
     this.observer = new ResizeObserver(() => this.draw(this.end ?? 0));
     this.observer.observe(this.canvas);
     this.theme();
@@ -112,7 +131,14 @@ export class Scope {
 
   /* After a jump back to `time`. */
   cut(time) {
-    this.traces.forEach((trace) => trace.keep(-Infinity, time));
+    this.traces.forEach((trace) => trace.cut(time));
+  }
+
+  /* Shows this much, s. */
+  zoom(length) {
+    this.length = length;
+    this.range = null;
+    this.draw(this.end ?? 0);
   }
 
   point(x) {
@@ -121,11 +147,11 @@ export class Scope {
   }
 
   /* Least and greatest value shown, a little beyond the curves; it shrinks slowly. */
-  bounds() {
+  bounds(from) {
     let [low, high] = [Infinity, -Infinity];
     for (const trace of this.traces) {
-      for (const y of trace.low) low = Math.min(low, y);
-      for (const y of trace.high) high = Math.max(high, y);
+      const [begin, end] = trace.between(from, from + this.length);
+      for (let k = begin; k < end; k += 1) [low, high] = [Math.min(low, trace.low[k]), Math.max(high, trace.high[k])];
     }
     if (low > high) [low, high] = [0, 1];
     const margin = 0.06 * (high - low) || 0.1 * Math.abs(high) || 1;
@@ -148,8 +174,7 @@ export class Scope {
     context.setTransform(ratio, 0, 0, ratio, 0, 0);
     context.clearRect(0, 0, width, height);
     const from = this.scrolls ? Math.max(end - this.length, 0) : 0;
-    if (this.scrolls) this.traces.forEach((trace) => trace.keep(from, end));
-    const [low, high] = this.bounds();
+    const [low, high] = this.bounds(from);
     const box = { left: 46, right: width - 6, top: 6, bottom: height - 16 };
     const x = (t) => box.left + ((t - from) / this.length) * (box.right - box.left);
     const y = (v) => box.bottom - ((v - low) / (high - low)) * (box.bottom - box.top);
@@ -158,7 +183,7 @@ export class Scope {
     context.beginPath();
     context.rect(box.left, 0, box.right - box.left, height);
     context.clip();
-    this.traces.forEach((trace) => this.curve(context, trace, x, y));
+    this.traces.forEach((trace) => this.curve(context, trace, trace.between(from, from + this.length), x, y));
     context.restore();
     this.values(context, box, from, x);
   }
@@ -204,15 +229,15 @@ export class Scope {
     context.stroke();
   }
 
-  curve(context, { indices, low, high, stretch, color, dashed }, x, y) {
+  curve(context, { indices, low, high, stretch, color, dashed }, [begin, end], x, y) {
     context.strokeStyle = this.palette[color % this.palette.length];
     context.lineWidth = 1.5;
     context.setLineDash(dashed ? [5, 3] : []);
     context.beginPath();
-    for (let k = 0; k < indices.length; k += 1) {
+    for (let k = begin; k < end; k += 1) {
       const at = x((indices[k] + 0.5) * stretch);
       // The nearer end first, so that a curve that rises or falls shows no teeth.
-      const falls = k > 0 && low[k] + high[k] < low[k - 1] + high[k - 1];
+      const falls = k > begin && low[k] + high[k] < low[k - 1] + high[k - 1];
       context.lineTo(at, y(falls ? high[k] : low[k]));
       if (high[k] > low[k]) context.lineTo(at, y(falls ? low[k] : high[k]));
     }
@@ -222,16 +247,17 @@ export class Scope {
 
   /* Values in the legend: the newest, or those under the pointer. */
   values(context, box, from, x) {
-    const pointed = this.pointer !== null && this.pointer >= box.left && this.pointer <= box.right;
-    const t = from + ((this.pointer - box.left) / (box.right - box.left)) * this.length;
+    const isUnder = this.pointer !== null && this.pointer >= box.left && this.pointer <= box.right;
+    const pointed = isUnder || Number.isFinite(this.cursor);
+    const t = isUnder ? from + ((this.pointer - box.left) / (box.right - box.left)) * this.length : this.cursor;
     if (pointed) {
       context.strokeStyle = this.ink.soft;
       context.beginPath();
-      context.moveTo(this.pointer, box.top);
-      context.lineTo(this.pointer, box.bottom);
+      context.moveTo(x(t), box.top);
+      context.lineTo(x(t), box.bottom);
       context.stroke();
       context.fillStyle = this.ink.soft;
-      context.fillText(`${t.toFixed(2)} s`, Math.min(Math.max(this.pointer, box.left + 18), box.right - 18), box.top + 8);
+      context.fillText(`${t.toFixed(2)} s`, Math.min(Math.max(x(t), box.left + 18), box.right - 18), box.top + 8);
     }
     const now = performance.now();
     if (!pointed && this.scrolls && now - this.shown < 150) return;

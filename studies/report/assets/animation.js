@@ -7,29 +7,23 @@
   const tipLine = drawing.line(TIP_COLOR, 1);
   drawing.label(element("labels"), bodies.map((body) => body.title));
 
-  const frameCache = new Map();
-  let run, frames, time = 0, playing = false, before = 0;
+  let run, time = 0, playing = false, before = 0;
   const slider = element("time");
-  const [a, b] = [new THREE.Quaternion(), new THREE.Quaternion()];
 
-  /* Poses between the two frames around the time. */
+  /* Where the bodies are at this time. */
   function pose() {
-    const count = frames.length / (7 * bodies.length);
-    const at = Math.min((time - run.start) / run.frames_every, count - 1);
-    const k = Math.min(Math.floor(at), count - 2);
-    const part = at - k;
-    groups.forEach((group, j) => {
-      const [o, p] = [7 * (k * bodies.length + j), 7 * ((k + 1) * bodies.length + j)];
-      const mix = (i) => frames[o + i] + part * (frames[p + i] - frames[o + i]);
-      group.position.set(mix(0), mix(1), mix(2));
-      a.fromArray(frames, o + 3);
-      b.fromArray(frames, p + 3);
-      group.quaternion.copy(a.slerp(b, part));
+    const { world } = poses(data.scene.tree, [1, 2, 3, 4, 5, 6].map((k) => valueAt(run, `hdrm.zeta[${k}]`, time)));
+    bodies.forEach(({ name }, k) => {
+      groups[k].position.set(...world[name].r);
+      groups[k].quaternion.set(...world[name].q);
     });
     tip.position.set(...POSITION.map((name) => valueAt(run, name, time)));
     const every = series(run, POSITION[0])?.every ?? 1;
     tipLine.geometry.setDrawRange(0, Math.floor((time - run.start) / every) + 1);
   }
+
+  /* Before, the machine stands and the controller settles. */
+  const begins = () => Math.min(run.motion_start, run.start + run.simulated);
 
   function readout() {
     const number = (name, factor, digits) => {
@@ -38,7 +32,7 @@
     };
     const row = (label, i) => html`<tr><td>${label}</td><td>${number(`hdrm.x[${i}]`, 1000, 1)}</td><td>${number(`hdrm.x_dot[${i}]`, 1000, 1)}</td><td>${number(`emla_${i}.F`, 1e-3, 2)}</td><td>${number(`emla_${i}.i_q`, 1, 2)}</td></tr>`;
     show("readout",
-      html`<table><tr><th></th><th>stroke, mm</th><th>mm/s</th><th>kN</th><th>A</th></tr>${ACTUATORS.map((label, k) => row(label, k + 1))}
+      html`<table><tr><td></td><th>stroke, mm</th><th>mm/s</th><th>kN</th><th>A</th></tr>${ACTUATORS.map((label, k) => row(label, k + 1))}
       <tr><td>tip error</td><td colspan="4">${number("controller.tip_error_norm", 1000, 4)} mm</td></tr></table>`);
     element("clock").value = `${time.toFixed(2)} s`;
   }
@@ -73,7 +67,7 @@
     time += (speed * (now - before)) / 1000;
     before = now;
     const end = run.start + run.simulated;
-    if (time > end) time = run.start;
+    if (time > end) time = begins();
     slider.value = time;
     draw();
     requestAnimationFrame(tick);
@@ -88,11 +82,9 @@
 
   chooseRun("animation-run", (chosen) => {
     run = chosen;
-    if (!frameCache.has(run)) frameCache.set(run, decode(run.frames));
-    frames = frameCache.get(run);
     slider.min = run.start;
     slider.max = run.start + run.simulated;
-    time = Math.min(Math.max(time, run.start), Number(slider.max));
+    time = Math.min(Math.max(time, begins()), Number(slider.max));
     slider.value = time;
     paths();
   });
@@ -106,6 +98,13 @@
   element("animation-labels").addEventListener("change", draw);
   drawing.controls.addEventListener("change", () => playing || draw());
   new ResizeObserver(size).observe(element("stage"));
+  const theme = () => {
+    drawing.surroundings(isDark.matches ? NIGHT : DAY);
+    desiredLine.material.color.set(isDark.matches ? "#cfe0f0" : "#20303f");
+    draw();
+  };
+  isDark.addEventListener("change", theme);
   size();
+  theme();
   view();
 })();

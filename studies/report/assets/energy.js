@@ -52,9 +52,9 @@ function electric() {
       const around = (y) => [[...w, ...[...w].reverse(), ...w.map((v) => -v), ...w.map((v) => -v).reverse()],
         [...y, ...y.map((v) => -v).reverse(), ...y.map((v) => -v), ...[...y].reverse()]];
       const line = (name, [x, y], k) => ({ type: "scatter", mode: "lines", name, x, y, line: { color: wheel(k, 3), width: 1.4 } });
-      draw(parent, `electric-${run.trajectory}-${m.actuator}`, [line("peak", around(peak), 0), line("continuous", around(lasting), 1),
+      draw(parent, `electric-${run.trajectory}-${m.actuator}`, () => [[line("peak", around(peak), 0), line("continuous", around(lasting), 1),
         line("motion", m.motion.map((s) => whole(decode(s), m.count)), 2)],
-      layout({ ...titled(`${run.trajectory}: torque and speed of ${m.actuator}`), hovermode: "closest", xaxis: { title: { text: "motor speed, rev/min" } }, yaxis: { title: { text: "torque, N·m" } } }));
+      layout({ ...titled(`${run.trajectory}: torque and speed of ${m.actuator}`), hovermode: "closest", xaxis: { title: { text: "motor speed, rev/min" } }, yaxis: { title: { text: "torque, N·m" } } })]);
     }
   }
 }
@@ -75,8 +75,8 @@ function testbed() {
     for (const [quantity, unit, factor] of quantities) {
       const line = (k, name, color, dash) => ({
         type: "scatter", mode: "lines", name, x, y: whole(decode(a.curves[quantity][k]), a.count).map((v) => v * factor), line: { color, dash, width: 1.5 } });
-      draw(element("testbed-plots"), `t-${a.trajectory}-${a.axis}-${quantity}`, [line(1, "measured", ACTUATOR_COLORS[2]), line(0, "desired", "#3c3c3c", "dot")],
-        layout({ ...titled(`${a.axis}, ${a.trajectory}: ${quantity}`), xaxis: { title: { text: "time, s" } }, yaxis: { title: { text: unit } } }));
+      draw(element("testbed-plots"), `t-${a.trajectory}-${a.axis}-${quantity}`, () => [[line(1, "measured", ACTUATOR_COLORS[2]), line(0, "desired", tone.line, "dot")],
+        layout({ ...titled(`${a.axis}, ${a.trajectory}: ${quantity}`), xaxis: { title: { text: "time, s" } }, yaxis: { title: { text: unit } } })]);
     }
   }
 }
@@ -84,7 +84,7 @@ function testbed() {
 /* The map of the actuator FMU with the run's operating points on it. */
 function efficiencyMap(run) {
   const map = data.efficiency_map;
-  const points = ACTUATORS.map((label, k) => {
+  const points = () => ACTUATORS.map((label, k) => {
     const [f, eta, valid] = ["F", "efficiency", "efficiency_valid"].map((n) => series(run, `emla_${k + 1}.${n}`));
     const v = series(run, `hdrm.x_dot[${k + 1}]`);
     if (!f || !v || !eta || !valid) return null;
@@ -98,10 +98,10 @@ function efficiencyMap(run) {
   for (const [key, title] of surfaces) {
     const cells = whole(decode(map[key]), map.loads.length * map.speeds.length);
     const z = map.loads.map((_, i) => cells.slice(i * map.speeds.length, (i + 1) * map.speeds.length));
-    draw(element("efficiency-map"), `map-${key}`, [
+    draw(element("efficiency-map"), `map-${key}`, () => [[
       { type: "heatmap", x: map.speeds.map((s) => 1000 * s), y: map.loads.map((l) => l / 1000), z, colorscale: "Viridis", zmin: 0, zmax: 1,
         hovertemplate: "%{x:.1f} mm/s, %{y:.1f} kN: η %{z:.3f}<extra></extra>", colorbar: { title: { text: "η" }, thickness: 14 } },
-      ...points,
-    ], layout({ ...titled(title), hovermode: "closest", xaxis: { title: { text: "rod speed, mm/s" } }, yaxis: { title: { text: "load, kN" } } }));
+      ...points(),
+    ], layout({ ...titled(title), hovermode: "closest", xaxis: { title: { text: "rod speed, mm/s" } }, yaxis: { title: { text: "load, kN" } } })]);
   }
 }

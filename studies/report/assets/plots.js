@@ -1,12 +1,22 @@
 /* What all tables and plots have in common. */
-const CONFIG = { responsive: true, displaylogo: false, toImageButtonOptions: { format: "svg" } };
-const FONT = { family: "system-ui, Segoe UI, Helvetica Neue, Arial, sans-serif", size: 12, color: "#1d2733" };
+const CONFIG = { responsive: true, ...(innerWidth < 600 && { displayModeBar: false }), displaylogo: false, toImageButtonOptions: { format: "svg" } };
+const FONT = { family: "system-ui, Segoe UI, Helvetica Neue, Arial, sans-serif", size: 12 };
+const isDark = matchMedia("(prefers-color-scheme: dark)");
+/* Colours that are others in the dark, as they are now. */
+const tone = {
+  of: (day, night) => (isDark.matches ? night : day),
+  get ink() { return this.of("#1d2733", "#e6edf4"); },
+  get line() { return this.of("#3c3c3c", "#c3ccd6"); },
+  get grid() { return this.of("#e6ebf0", "#2c3947"); },
+  get axis() { return this.of("#c9d2db", "#51606f"); },
+  get card() { return this.of("#ffffff", "#16202b"); },
+};
 
 function layout(more) {
-  const axis = { gridcolor: "#e6ebf0", zerolinecolor: "#c9d2db", linecolor: "#c9d2db", automargin: true };
-  const { xaxis, yaxis, ...rest } = more;
+  const axis = { gridcolor: tone.grid, zerolinecolor: tone.axis, linecolor: tone.axis, automargin: true };
+  const { xaxis, yaxis, xaxis2, yaxis2, ...rest } = more;
   return {
-    font: FONT, margin: { l: 58, r: 14, t: 58, b: 42 }, hovermode: "x unified", paper_bgcolor: "#fff", plot_bgcolor: "#fff",
+    font: { ...FONT, color: tone.ink }, hoverlabel: { bgcolor: tone.card }, ...(xaxis2 && { xaxis2: { ...axis, ...xaxis2 }, yaxis2: { ...axis, ...yaxis2 } }), margin: { l: 58, r: 14, t: 58, b: 42 }, hovermode: "x unified", modebar: { bgcolor: tone.card, color: tone.axis, activecolor: tone.ink }, paper_bgcolor: tone.card, plot_bgcolor: tone.card,
     legend: { orientation: "h", x: 1, xanchor: "right", y: 1, yanchor: "bottom", font: { size: 11 } },
     xaxis: { ...axis, ...xaxis }, yaxis: { ...axis, ...yaxis }, ...rest,
   };
@@ -14,8 +24,28 @@ function layout(more) {
 
 const titled = (text) => ({ title: { text, x: 0, xref: "paper", xanchor: "left", y: 0.985, yref: "container", yanchor: "top", font: { size: 13 } } });
 
-/* Draw into a new or known element of class "plot". */
-function draw(parent, id, traces, lay, kind = "") {
+/* What is to be drawn, by element; each is drawn once it comes near the window, and again where it has changed or the colours have. */
+const plots = new Map();
+const plot = (target) => {
+  const its = plots.get(target);
+  if (its.drawn) return;
+  its.drawn = true;
+  const [traces, lay] = its.make();
+  Plotly.react(target, traces, lay, CONFIG);
+};
+const near = new IntersectionObserver((entries) => entries.forEach(({ isIntersecting, target }) => isIntersecting && plot(target)), { rootMargin: "300px" });
+const plotAll = () => [...plots.keys()].filter((target) => !target.hidden).forEach(plot);
+window.addEventListener("beforeprint", plotAll);
+isDark.addEventListener("change", () => plots.forEach(({ make }, target) => wanted(target, make)));
+
+function wanted(target, make) {
+  plots.set(target, { make });
+  near.unobserve(target);
+  near.observe(target);
+}
+
+/* A plot in a new or known element of class "plot"; `make` gives its traces and layout when it is seen. */
+function draw(parent, id, make, kind = "") {
   let target = document.getElementById(id);
   if (!target) {
     target = document.createElement("div");
@@ -23,21 +53,20 @@ function draw(parent, id, traces, lay, kind = "") {
     target.className = `plot ${kind}`;
     parent.append(target);
   }
-  return Plotly.react(target, traces, lay, CONFIG);
+  wanted(target, make);
+  return target;
 }
 
 /* One panel over time: `lines` are { run, name, factor } or { t, y }, with { label, color, dash, unlisted }; lines without data are left out. */
 function timePlot(parent, id, title, unit, lines, more = {}) {
-  const traces = [];
-  for (const { run, name, t, y, label, color, factor = 1, dash, unlisted } of lines) {
-    const s = y ? { t, y } : series(run, name, factor);
-    if (!s) continue;
-    traces.push({ type: "scatter", mode: "lines", name: label, showlegend: !unlisted, x: s.t, y: more.absolute ? s.y.map(Math.abs) : s.y, line: { color, width: 1.4, dash } });
-  }
-  document.getElementById(id)?.toggleAttribute("hidden", !traces.length);
-  if (!traces.length) return;
+  const known = lines.filter(({ run, name, y }) => y || run?.signals[name]);
+  document.getElementById(id)?.toggleAttribute("hidden", !known.length);
+  if (!known.length) return;
   const y = { title: { text: unit, standoff: 14 }, ...more.yaxis };
-  draw(parent, id, traces, layout({ ...titled(title), xaxis: { title: { text: "time, s" } }, yaxis: y, ...more.layout }), more.kind);
+  draw(parent, id, () => [known.map(({ run, name, t, y: values, label, color = tone.line, factor = 1, dash, unlisted }) => {
+    const s = values ? { t, y: values } : series(run, name, factor);
+    return { type: "scatter", mode: "lines", name: label, showlegend: !unlisted, x: s.t, y: more.absolute ? s.y.map(Math.abs) : s.y, line: { color, width: 1.4, dash } };
+  }), layout({ ...titled(title), xaxis: { title: { text: "time, s" } }, yaxis: y, ...more.layout })], more.kind);
 }
 
 const MICRO = { type: "log", exponentformat: "power", dtick: 1 };

@@ -36,11 +36,11 @@ function marginsPlot({ changes, margins }) {
       marker: { color: wheel(k, laws.length), symbol: own.map(symbol), size: own.map((m) => (least(m) ? 11 : 5)) },
     };
   }));
-  const y = (rows) => ({ tickvals: rows.map((_, k) => k), ticktext: rows.map((c) => c.name), range: [rows.length - 0.5, -0.5], automargin: true, gridcolor: "#e6ebf0", zeroline: false });
-  const target = (rows, column) => ({ type: "line", xref: `x${column}`, yref: `y${column} domain`, x0: rows[0].target, x1: rows[0].target, y0: 0, y1: 1, line: { color: "#3c3c3c", dash: "dot" } });
-  draw(element("margins-figure"), "margins-plot", traces, layout({
+  const y = (rows) => ({ tickvals: rows.map((_, k) => k), ticktext: rows.map((c) => c.name), range: [rows.length - 0.5, -0.5], automargin: true, zeroline: false });
+  const target = (rows, column) => ({ type: "line", xref: `x${column}`, yref: `y${column} domain`, x0: rows[0].target, x1: rows[0].target, y0: 0, y1: 1, line: { color: tone.line, dash: "dot" } });
+  draw(element("margins-figure"), "margins-plot", () => [traces, layout({
     height: 480, hovermode: "closest", shapes: panels.map((rows, k) => target(rows, k + 1)),
-    xaxis: { type: "log", domain: [0, 0.62], range: [-0.05, 0.95], tickvals: [1, 2, 4, 8], gridcolor: "#e6ebf0", title: { text: "stable up to this factor" } }, yaxis: y(panels[0]),
-    xaxis2: { domain: [0.78, 1], range: [-0.3, 3.4], dtick: 1, gridcolor: "#e6ebf0", title: { text: "steps of 1 ms" } }, yaxis2: { ...y(panels[1]), anchor: "x2" },
-  }), "free");
+    xaxis: { type: "log", domain: [0, 0.62], range: [-0.05, 0.95], tickvals: [1, 2, 4, 8], title: { text: "stable up to this factor" } }, yaxis: y(panels[0]),
+    xaxis2: { domain: [0.78, 1], range: [-0.3, 3.4], dtick: 1, title: { text: "steps of 1 ms" } }, yaxis2: { ...y(panels[1]), anchor: "x2" },
+  })], "free").style.height = "480px";
 }

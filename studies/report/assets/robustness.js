@@ -10,23 +10,21 @@ function robustness() {
   });
   show("robustness-table",
     html`<table class="data"><tr><th class="left">trajectory</th><th>inertia</th>${head}<th>paper, adaptive</th></tr>${rows}</table>`);
-  const traces = [];
-  TRAJECTORIES.forEach((trajectory, column) => {
+  const traces = () => TRAJECTORIES.flatMap((trajectory, column) => {
     const own = data.table.filter((r) => r.trajectory === trajectory);
     const line = (name, color, values, dash) => ({
       type: "scatter", mode: "lines+markers", name, legendgroup: name, showlegend: column === 0, xaxis: `x${column + 1}`, yaxis: `y${column + 1}`,
       x: own.map((r) => 100 * (r.scale - 1)), y: values, line: { color, dash }, marker: { size: 7 },
     });
-    MODES.forEach((mode, k) => traces.push(line(MODE_NAMES[mode], MODE_COLORS[mode], own.map((r) => r.cells[k].rmse && 1000 * r.cells[k].rmse))));
-    traces.push(line("paper, adaptive", "#3c3c3c", own.map((r) => 1000 * r.paper), "dot"));
+    return [...MODES.map((mode, k) => line(MODE_NAMES[mode], MODE_COLORS[mode], own.map((r) => r.cells[k].rmse && 1000 * r.cells[k].rmse))),
+      line("paper, adaptive", tone.line, own.map((r) => 1000 * r.paper), "dot")];
   });
-  const x = (text) => ({ title: { text }, gridcolor: "#e6ebf0", zerolinecolor: "#c9d2db", ticksuffix: " %" });
-  const y = { ...MICRO, gridcolor: "#e6ebf0", title: { text: "tip RMSE, mm" } };
-  const target = element("robustness-plot");
-  Plotly.react(target, traces, layout({
+  const x = (text) => ({ title: { text }, ticksuffix: " %" });
+  const y = { ...MICRO, title: { text: "tip RMSE, mm" } };
+  draw(element("robustness-figure"), "robustness-plot", () => [traces(), layout({
     grid: { rows: 1, columns: 2, pattern: "independent", xgap: 0.12 }, xaxis: x("error of all inertias, cubic"), yaxis: y,
-    xaxis2: x("error of all inertias, triangular"), yaxis2: y,
-  }), CONFIG);
+    xaxis2: x("error of all inertias, triangular"), yaxis2: MICRO,
+  })], "short");
 }
 
 /* Heading of each study. */
@@ -69,13 +67,13 @@ function studyPlot(parent, study) {
     x: cases.map((name) => 1000 * cellsOf(study, trajectory, name)[k]?.rmse || null), y: cases, marker: { color: MODE_COLORS[mode], size: 8 },
   })));
   const range = logRange(traces.flatMap((t) => t.x));
-  const x = (trajectory) => ({ ...MICRO, range, gridcolor: "#e6ebf0", title: { text: `${trajectory}: tip RMSE, mm` } });
-  const y = { gridcolor: "#e6ebf0", autorange: "reversed", automargin: true };
+  const x = (trajectory) => ({ ...MICRO, range, title: { text: `${trajectory}: tip RMSE, mm` } });
+  const y = { autorange: "reversed", automargin: true };
   const height = 130 + 24 * cases.length;
-  draw(parent, `study-${study.study}`, traces, layout({
+  draw(parent, `study-${study.study}`, () => [traces, layout({
     height, hovermode: "closest", grid: { rows: 1, columns: 2, pattern: "independent", xgap: 0.1 },
     xaxis: x(TRAJECTORIES[0]), yaxis: y, xaxis2: x(TRAJECTORIES[1]), yaxis2: { ...y, showticklabels: false },
-  }), "free");
+  })], "free").style.height = `${height}px`;
 }
 
 /* Ends of a logarithmic axis that holds the values, in powers of ten; a little more, so that the labels at both ends stay inside. */

@@ -34,7 +34,7 @@ function adaptation(run) {
   const estimates = Object.keys(run.signals).filter((n) => n.startsWith("controller.mass_hat."));
   const bodies = data.scene.bodies.map((b) => b.name).filter((b) => estimates.includes(`controller.mass_hat.${b}`));
   const lines = bodies.map((b, k) => ({ run, name: `controller.mass_hat.${b}`, label: b, color: wheel(k, bodies.length) }));
-  const relative = lines.map((l) => ({ ...l, factor: 1 / (series(run, l.name).y[0] || 1) }));
+  const relative = lines.map((l) => ({ ...l, get factor() { return 1 / (series(run, l.name).y[0] || 1); } }));
   timePlot(parent, "a-mass", "Estimated masses, relative to the start", "ratio", relative, MANY);
   timePlot(parent, "a-mass-kg", "Estimated masses", "kg", lines, MANY);
   const nu = ["nu_velocity", "nu_adaptation", "nu_actuator[1]", "nu_actuator[2]", "nu_actuator[3]"];
@@ -42,6 +42,6 @@ function adaptation(run) {
   timePlot(parent, "a-nu", "Terms of the accompanying function", "J", nu.map((n, k) => ({
     run, name: `controller.lyapunov.${n}`, label: names[k], color: wheel(k, 5) })), { yaxis: { ...MICRO, range: [-8, 2] }, absolute: true });
   timePlot(parent, "a-vpf", "Virtual power flows and dissipation", "W", [
-    { run, name: "controller.lyapunov.dissipation", label: "dissipation", color: "#3c3c3c" },
+    { run, name: "controller.lyapunov.dissipation", label: "dissipation" },
     ...perActuator(run, (i) => `controller.lyapunov.vpf[${i}]`)]);
 }

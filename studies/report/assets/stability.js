@@ -37,7 +37,7 @@ function stabilityPlots(run) {
     line("nu_velocity", "½ sᵀMs", "#0072b2"), line("nu_adaptation", "γ D_F", "#009e73"), line("nu_actuators", "Σ ν_a", "#d55e00"),
   ], { absolute: true, yaxis: { ...MICRO } });
   timePlot(parent, "l-rate", "Derivative and its bound, means over 20 ms", "W", [
-    line("nu_dot", "ν̇", "#0072b2"), { ...line("dissipation", "bound −B", "#3c3c3c", { dash: "dot" }), y: values("dissipation").map((v) => -v) },
+    line("nu_dot", "ν̇", "#0072b2"), { ...line("dissipation", "bound −B", undefined, { dash: "dot" }), y: values("dissipation").map((v) => -v) },
   ]);
   timePlot(parent, "l-excess", "Largest excess ν̇ + B in each 20 ms", "W", [line("excess_max", "excess", "#cc3355")], { yaxis: { rangemode: "tozero" } });
   timePlot(parent, "l-parts", "Where the excess comes from, means over 20 ms", "W", [

@@ -10,11 +10,11 @@ function surrogate() {
   for (const [k, map] of s.maps.entries()) {
     const cells = whole(decode(map.values), rows * columns);
     const z = y.map((_, i) => cells.slice(i * columns, (i + 1) * columns));
-    draw(element("surrogate-maps"), `sm-${k}`, [{ type: "heatmap", x, y, z, colorscale: "Viridis", zmin: 0, zmax: 1,
+    draw(element("surrogate-maps"), `sm-${k}`, () => [[{ type: "heatmap", x, y, z, colorscale: "Viridis", zmin: 0, zmax: 1,
       hovertemplate: "%{x:.1f} mm/s, %{y:.1f} kN: η %{z:.3f}<extra></extra>", colorbar: { title: { text: "η" }, thickness: 14 } }],
-    layout({ ...titled(map.title), hovermode: "closest", xaxis: { title: { text: "rod speed, mm/s" } }, yaxis: { title: { text: "load, kN" } } }));
+    layout({ ...titled(map.title), hovermode: "closest", xaxis: { title: { text: "rod speed, mm/s" } }, yaxis: { title: { text: "load, kN" } } })]);
   }
-  const colors = [ACTUATOR_COLORS[2], "#3c3c3c"];
+  const colors = [ACTUATOR_COLORS[2], undefined];
   for (const [k, panel] of s.responses.entries()) {
     const lines = panel.lines.map((line, j) => ({ ...broken(decode(line.t), decode(line.y)), label: line.name, color: colors[j], dash: j ? "dot" : undefined }));
     timePlot(element("surrogate-responses"), `sr-${k}`, panel.title, panel.unit, lines);
@@ -45,13 +45,13 @@ function surrogateRun(run) {
   const parent = element("surrogate-plots");
   const [t, required, taken] = run.lift_current.map(decode);
   timePlot(parent, "sl-current", "Current of the lift motor", "A", [
-    { t, y: taken, label: "true", color: ACTUATOR_COLORS[2] }, { t, y: required, label: "required by the controller", color: "#3c3c3c", dash: "dot" }]);
+    { t, y: taken, label: "true", color: ACTUATOR_COLORS[2] }, { t, y: required, label: "required by the controller", dash: "dot" }]);
   const [at, truth, ...models] = run.lift_efficiency.map(decode);
   const names = ["physics", "hybrid", "network"];
   timePlot(parent, "sl-efficiency", "Efficiency of the lift actuator", "1", [
-    { ...broken(at, truth), label: "true", color: "#3c3c3c" }, ...models.map((y, k) => ({ ...broken(at, y), label: names[k], color: wheel(k, 3) }))]);
-  draw(parent, "sl-scatter", [
-    { type: "scatter", mode: "lines", name: "equal", x: [0, 1], y: [0, 1], line: { color: "#3c3c3c", width: 1 } },
+    { ...broken(at, truth), label: "true" }, ...models.map((y, k) => ({ ...broken(at, y), label: names[k], color: wheel(k, 3) }))]);
+  draw(parent, "sl-scatter", () => [[
+    { type: "scatter", mode: "lines", name: "equal", x: [0, 1], y: [0, 1], line: { color: tone.line, width: 1 } },
     ...models.map((y, k) => ({ type: "scatter", mode: "markers", name: names[k], x: truth, y, marker: { size: 3, color: wheel(k, 3) } }))],
-  layout({ ...titled("Lift: predicted efficiency"), hovermode: "closest", xaxis: { title: { text: "true" } }, yaxis: { title: { text: "predicted" } } }));
+  layout({ ...titled("Lift: predicted efficiency"), hovermode: "closest", xaxis: { title: { text: "true" } }, yaxis: { title: { text: "predicted" } } })]);
 }

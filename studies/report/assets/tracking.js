@@ -4,16 +4,16 @@ function cards() {
   for (const trajectory of TRAJECTORIES) {
     const row = data.table.find((r) => r.trajectory === trajectory && r.scale === 1);
     for (const cell of row.cells.filter((c) => c.mode === "adaptive")) {
-      cards.push([`${mm(cell.rmse)} mm`, `tip RMSE, ${trajectory}, adaptive, nominal (paper: ${mm(row.paper, 1)} mm)`]);
+      cards.push([`Tip error (RMSE) on the ${trajectory} path`, "adaptive controller that knows all parameters", `${mm(cell.rmse)} mm`, `${mm(row.paper, 1)} mm`]);
     }
   }
   const inertia = worstOfTable();
-  if (inertia) cards.push([`${mm(inertia.rmse, 3)} mm`, `largest adaptive RMSE with wrong inertias: ${inertia.case}, ${inertia.trajectory} (paper: ${mm(inertia.paper, 1)} mm)`]);
+  if (inertia) cards.push(["The largest with wrong inertias", `adaptive controller; ${inertia.case}, ${inertia.trajectory}`, `${mm(inertia.rmse, 3)} mm`, `${mm(inertia.paper, 1)} mm`]);
   const other = largest(data.errors.map((e) => e.worst).filter(Boolean));
-  if (other) cards.push([`${mm(other.rmse, 3)} mm`, `largest adaptive RMSE of the other robustness studies: ${other.case}, ${other.trajectory}`]);
+  if (other) cards.push(["The largest of the other errors", `adaptive controller; ${other.case}, ${other.trajectory}`, `${mm(other.rmse, 3)} mm`, "not in it"]);
   const bonds = Math.max(...data.runs.map((r) => sum(r.bonds, (b) => Math.abs(b.energy)) / sum(r.bonds, (b) => b.turnover)));
-  cards.push([`${(100 * bonds).toPrecision(2)} %`, "energy lost or created by the coupling, of the energy that its power bonds pass (worst run shown)"]);
-  show("cards", cards.map(([big, small]) => html`<div class="card"><b>${big}</b><span>${small}</span></div>`));
+  cards.push(["Energy that the coupling loses or makes", "of what passes its power bonds; worst run shown", `${(100 * bonds).toPrecision(2)} %`, "not in it"]);
+  show("cards", cards.map(([what, how, here, paper]) => html`<div class="card"><h2>${what}</h2><p>${how}</p><dl><div><dt>here, simulated</dt><dd>${here}</dd></div><div><dt>in the paper</dt><dd>${paper}</dd></div></dl></div>`));
   element("settling").textContent = settling();
   if (data.failures.length) {
     element("failures").hidden = false;
@@ -64,23 +64,29 @@ function pathPlot(parent, trajectory, gain) {
   const line = (xyz, name, color, width, dash) =>
     // Plotly's vertical axis is z; the machine's is y.
     ({ type: "scatter3d", mode: "lines", name, x: xyz[0], y: xyz[2].map((v) => -v), z: xyz[1], line: { color, width, dash }, hoverinfo: "name" });
-  const traces = [];
-  for (const mode of [...MODES].reverse()) {
-    const xyz = path(findRun(trajectory, mode), gain);
-    if (xyz) traces.push(line(xyz, MODE_NAMES[mode], MODE_COLORS[mode], 4));
-  }
-  const any = MODES.map((mode) => findRun(trajectory, mode)).find(Boolean);
-  const desired = any && path(any, 0);
-  if (desired) traces.push(line(desired, "desired", "#3c3c3c", 3, "dash"));
-  const box = boxOf(traces);
-  const axis = (text, k) => ({ title: { text }, range: box.ranges[k], gridcolor: "#dde3ea", zerolinecolor: "#dde3ea", backgroundcolor: "#fafbfc", showbackground: true });
+  const makeTraces = () => {
+    const traces = [];
+    for (const mode of [...MODES].reverse()) {
+      const xyz = path(findRun(trajectory, mode), gain);
+      if (xyz) traces.push(line(xyz, MODE_NAMES[mode], MODE_COLORS[mode], 4));
+    }
+    const any = MODES.map((mode) => findRun(trajectory, mode)).find(Boolean);
+    const desired = any && path(any, 0);
+    if (desired) traces.push(line(desired, "desired", tone.line, 3, "dash"));
+    return traces;
+  };
   const name = gain === 1 ? `Tip path, ${trajectory}` : `Tip path, ${trajectory}: error × ${gain}`;
-  draw(parent, `path-${trajectory}`, traces, {
-    ...layout({ ...titled(name), hovermode: "closest" }), margin: { l: 0, r: 0, t: 58, b: 0 }, uirevision: "keep",
-    scene: {
-      aspectmode: "manual", aspectratio: box.ratio, xaxis: axis("x, m", 0), yaxis: axis("−z, m", 1), zaxis: axis("y, m", 2),
-      camera: { eye: { x: -1.15, y: -1.6, z: 0.8 }, center: { x: 0, y: 0, z: -0.08 } },
-    },
+  draw(parent, `path-${trajectory}`, () => {
+    const traces = makeTraces();
+    const box = boxOf(traces);
+    const axis = (text, k) => ({ title: { text }, range: box.ranges[k], gridcolor: tone.grid, zerolinecolor: tone.grid, backgroundcolor: tone.card, showbackground: true });
+    return [traces, {
+      ...layout({ ...titled(name), hovermode: "closest" }), margin: { l: 0, r: 0, t: 58, b: 0 }, uirevision: "keep",
+      scene: {
+        aspectmode: "manual", aspectratio: box.ratio, xaxis: axis("x, m", 0), yaxis: axis("−z, m", 1), zaxis: axis("y, m", 2),
+        camera: { eye: { x: -1.15, y: -1.6, z: 0.8 }, center: { x: 0, y: 0, z: -0.08 } },
+      },
+    }];
   }, "tall");
 }
 
@@ -108,7 +114,7 @@ function tracking() {
 function trackingTable(trajectory) {
   const paper = data.table.find((r) => r.trajectory === trajectory && r.scale === 1).paper;
   const rows = MODES.map((mode) => findRun(trajectory, mode)).filter(Boolean).map((run) =>
-    row([MODE_NAMES[run.mode], mm(run.rmse), mm(run.max), mm(run.whole_rmse), mm(run.whole_max), run.mode === "adaptive" ? mm(paper, 1) : "–"]));
-  const head = ["controller", "RMSE, mm", "max, mm", "RMSE with settling, mm", "max with settling, mm", "paper, RMSE, mm"];
+    row([MODE_NAMES[run.mode], mm(run.rmse), run.mode === "adaptive" ? mm(paper, 1) : "–", mm(run.max), mm(run.whole_rmse), mm(run.whole_max)]));
+  const head = ["controller", "RMSE, mm", "paper, RMSE, mm", "max, mm", "RMSE with settling, mm", "max with settling, mm"];
   return html`<div class="scroll">${table(head, rows)}</div>`;
 }

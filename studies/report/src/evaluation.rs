@@ -3,9 +3,9 @@
 //! [`Report::new`], which makes the runs, and [`Report::write`], which writes the page.
 //!
 //! Each run of a system is a run of FMUs. The animation is drawn by this crate: FMUs give the joint
-//! angles, and the poses of the 13 bodies are computed from them with the kinematics of crate
-//! `hdrm` and the machine file that the FMU runs with (module `scene`). Every frame is checked
-//! against the tip position that the FMU gives, so a drawing of another machine is refused.
+//! angles, and the page computes the poses of the 13 bodies from them, as the live page does. The
+//! tip at these angles is checked against the position that the FMU gives, so a drawing of another
+//! machine is refused (module `scene`).
 //!
 //! Each run is made once: the runs of the paper's table also give the signals, energies and rod
 //! forces that are plotted. The page is plain HTML with plotly.js and three.js (both in `assets/`)

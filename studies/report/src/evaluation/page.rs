@@ -8,7 +8,7 @@ const TEMPLATE: &str = include_str!("../../assets/report.html");
 const STYLE: &str = include_str!("../../assets/report.css");
 const PLOTLY: &str = include_str!("../../assets/plotly/plotly.min.js");
 const THREE: &str = include_str!("../../assets/three/three.min.js");
-const SCRIPTS: [&str; 14] = [
+const SCRIPTS: [&str; 15] = [
     include_str!("../../assets/data.js"),
     include_str!("../../assets/plots.js"),
     include_str!("../../assets/tracking.js"),
@@ -22,6 +22,7 @@ const SCRIPTS: [&str; 14] = [
     include_str!("../../assets/surrogate.js"),
     include_str!("../../assets/page.js"),
     include_str!("../../../machine-page/drawing.js"),
+    include_str!("../../../machine-page/kinematics.js"),
     include_str!("../../assets/animation.js"),
 ];
 
@@ -29,7 +30,8 @@ const SCRIPTS: [&str; 14] = [
 pub fn html(data: &impl Serialize) -> Result<String> {
     // Inside a script element only `</` could end it; `<` is written as its escape.
     let json = serde_json::to_string(data)?.replace('<', "\\u003c");
-    let scripts = SCRIPTS.join("\n");
+    // They are one plain script, without modules.
+    let scripts = SCRIPTS.join("\n").replace("\nexport ", "\n");
     let parts = [
         ("/*STYLE*/", STYLE),
         ("/*PLOTLY*/", PLOTLY),

@@ -1,4 +1,4 @@
-//! The runs of the paper's table, with signals, energies and frames for the page and its figures.
+//! The runs of the paper's table, with signals and energies for the page and its figures.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::request::{Request, UNCERTAIN};
-use super::samples::{EVERY, Samples, stride};
+use super::samples::{EVERY, Samples, Tolerance, stride};
 use super::scene::Scene;
 use experiments::analyses::inertia::MODES;
 use experiments::analyses::testbed::{self, MachineRun};
@@ -19,12 +19,18 @@ use experiments::print::energy::balance_json;
 use experiments::runs::grid::{Cell, Plan};
 use experiments::setup::start_values::vary;
 
-/// Time between two samples in the page, s: of the tip error, and of the animation's frames.
+/// Time between two samples of the tip error, s.
 const TIP_EVERY: f64 = 0.004;
-const FRAMES_EVERY: f64 = 0.04;
+
+/// How far the page's curves may be from a signal. A plot is some 250 points of the screen high, so
+/// this part of its range, or on a logarithmic axis of the value, is a fraction of one of them. The
+/// distance of two positions is magnified up to a thousand times.
+const OF_RANGE: Tolerance = Tolerance::OfRange(5e-4);
+const OF_LOGARITHM: Tolerance = Tolerance::Relative(0.01);
+const OF_POSITION: Tolerance = Tolerance::Absolute(2e-6);
 
 /// Outputs that the page plots, as far as the system has them.
-const PLOTTED: [&str; 32] = [
+const PLOTTED: [&str; 28] = [
     "controller.tip_error*",
     "controller.desired.position[*]",
     "controller.f_required[*]",
@@ -34,9 +40,10 @@ const PLOTTED: [&str; 32] = [
     "controller.v_q[*]",
     "controller.tau_wrist[*]",
     "controller.mass_hat.*",
-    "controller.lyapunov.*",
+    "controller.lyapunov.nu_*",
+    "controller.lyapunov.vpf[*]",
+    "controller.lyapunov.dissipation",
     "hdrm.zeta[*]",
-    "hdrm.zeta_dot[*]",
     "hdrm.x[*]",
     "hdrm.x_dot[*]",
     "hdrm.tip.position[*]",
@@ -45,18 +52,13 @@ const PLOTTED: [&str; 32] = [
     "emla_*.i_d",
     "emla_*.i_q",
     "emla_*.w_m",
-    "emla_*.tau_e",
     "emla_*.P_in",
-    "emla_*.P_out",
     "emla_*.loss.copper",
     "emla_*.loss.core",
     "emla_*.loss.inverter",
     "emla_*.loss.mechanical",
     "emla_*.efficiency",
     "emla_*.efficiency_valid",
-    "emla_*.energy.in",
-    "emla_*.energy.out",
-    "emla_*.energy.loss",
 ];
 
 /// Conditions of one run.
@@ -75,7 +77,10 @@ pub struct Signal {
     pub unit: String,
     /// Time between samples, s.
     pub every: f64,
+    #[serde(skip)]
     pub samples: Samples,
+    /// What of the samples the page needs.
+    sparse: String,
 }
 
 #[derive(Serialize)]
@@ -99,11 +104,6 @@ pub struct Run {
     bonds: Vec<Value>,
     warnings: Vec<String>,
     pub signals: BTreeMap<String, Signal>,
-    /// Time between frames, s.
-    frames_every: f64,
-    /// Poses of the bodies in world axes, frame after frame, body after body: x, y, z, m;
-    /// quaternion x, y, z, w.
-    frames: Samples,
     /// Largest distance of the drawn tip from the tip position that the FMU gives, m.
     drawing_error: f64,
 }
@@ -225,15 +225,21 @@ impl Run {
             let is_tip = name.starts_with("controller.tip_error");
             let stride = stride(if is_tip { TIP_EVERY } else { EVERY }, step);
             let unit = system.variable(port).unit.as_deref();
+            let samples = Samples::thinned(recording.column(port)?, stride);
+            let tolerance = match &name {
+                n if n.contains("position[") => OF_POSITION,
+                n if n.contains("error_norm") || n.contains("lyapunov.nu_") => OF_LOGARITHM,
+                _ => OF_RANGE,
+            };
             let signal = Signal {
                 unit: unit.unwrap_or("1").into(),
                 every: step * stride as f64,
-                samples: Samples::thinned(recording.column(port)?, stride),
+                sparse: samples.sparse(tolerance),
+                samples,
             };
             signals.insert(name, signal);
         }
-        let stride = stride(FRAMES_EVERY, step);
-        let (frames, drawing_error) = scene.frames(system, recording, stride)?;
+        let drawing_error = scene.drawing_error(system, recording, stride(EVERY, step))?;
         let findings = outcome.run.verdict.findings().iter();
         Ok(Self {
             case,
@@ -248,8 +254,6 @@ impl Run {
             bonds: outcome.run.residuals.iter().map(bond).collect(),
             warnings: findings.map(|finding| finding.text.clone()).collect(),
             signals,
-            frames_every: step * stride as f64,
-            frames,
             drawing_error,
         })
     }

@@ -1,5 +1,5 @@
 //! The shapes of the machine's bodies in body axes, for the report's animation and for the live
-//! page (command `machine scene`); for the report also the bodies' poses over a run.
+//! page (command `machine scene`). Both compute the bodies' poses from joint angles.
 //!
 //! The shapes are made up around the mechanism's points, which are exact.
 
@@ -9,10 +9,8 @@ use anyhow::{Result, ensure};
 use cosim::{Recording, System};
 use hdrm::{BODIES, Body, Tree};
 use machine_file::{Geometry, Machine};
-use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use serde::Serialize;
-
-use super::samples::Samples;
 
 /// Largest distance between the drawn tip and the FMU's if both have the same machine file, m.
 const TIP_TOLERANCE: f64 = 1e-6;
@@ -20,11 +18,10 @@ const TIP_TOLERANCE: f64 = 1e-6;
 #[derive(Serialize)]
 pub struct Scene {
     bodies: Vec<BodyShape>,
-    #[serde(skip)]
     tree: Tree,
 }
 
-/// The scene for the live page, which computes the bodies' poses from joint angles itself.
+/// The scene for the live page.
 #[derive(Serialize)]
 pub struct LiveScene<'a> {
     bodies: &'a [BodyShape],
@@ -88,32 +85,26 @@ impl Scene {
         }
     }
 
-    /// Poses of all bodies at every `stride`-th point of a run, and the largest distance of the
-    /// drawn tip from the FMU's, m.
-    pub fn frames(
+    /// Largest distance of the tip at the FMU's joint angles, which the page draws, from the FMU's
+    /// own at every `stride`-th point of a run, m. An error where that is another machine's.
+    pub fn drawing_error(
         &self,
         system: &System,
         recording: &Recording,
         stride: usize,
-    ) -> Result<(Samples, f64)> {
+    ) -> Result<f64> {
         let arm = system.port("hdrm.zeta[1]")?.component;
         let columns = |name: &str, n: usize| -> Result<Vec<&[f64]>> {
             let ports = system.elements(arm, name, n)?;
             ports.into_iter().map(|p| recording.column(p)).collect()
         };
         let (zeta, tip) = (columns("zeta", hdrm::DOF)?, columns("tip.position", 3)?);
-        let (mut frames, mut error) = (Vec::new(), 0.0_f64);
+        let mut error = 0.0_f64;
         for k in (0..recording.times.len()).step_by(stride) {
             let configuration = self
                 .tree
                 .configuration(&std::array::from_fn(|i| zeta[i][k]));
-            let poses = configuration.world_poses();
-            for pose in &poses {
-                let rotation = Rotation3::from_matrix_unchecked(pose.R);
-                let q = UnitQuaternion::from_rotation_matrix(&rotation);
-                frames.extend(pose.r.iter().chain(q.coords.iter()));
-            }
-            let D4 = poses[Body::D4 as usize];
+            let D4 = configuration.world_poses()[Body::D4 as usize];
             let drawn = D4.r + D4.R * self.tree.r_D4_T4;
             error = error.max((drawn - Vector3::from_fn(|i, _| tip[i][k])).norm());
         }
@@ -121,7 +112,7 @@ impl Scene {
             error <= TIP_TOLERANCE,
             "the tip is drawn {error:.1e} m from where the FMU has it: the machine file is not the one the FMU runs with"
         );
-        Ok((Samples::new(frames), error))
+        Ok(error)
     }
 }
 
