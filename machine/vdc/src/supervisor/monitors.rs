@@ -51,6 +51,9 @@ const PLAY: f64 = 5e-4;
 /// Times over which ways of the rods are compared, s, and the errors of the nominal gear from joint
 /// to rod that each explains: some per cent of a short lever, more where it is far from its place.
 const COMPARED: [(f64, f64); 2] = [(0.25, 0.05), (2.5, 0.15)];
+/// Lag of speeds by difference, s, by which a motor's angle and its integrated speed differ, at the rod
+/// with its rated speed.
+const LAG: f64 = 0.005;
 /// Stiffness of the softest mounting, N/m.
 const SOFTEST: f64 = 12e6;
 /// Motion that a joint is to make, with the forgetting time, while its encoder shows the same count,
@@ -157,9 +160,10 @@ impl Alarm {
 struct Way {
     /// By its joint, m.
     travelled: f64,
-    /// That by the joint minus those by the motor and by the rod's encoder, m.
-    differences: [f64; 2],
-    alarms: [Alarm; 2],
+    /// That by the joint minus those by the motor's speed and by the rod's encoder, and that by the
+    /// motor's angle minus that by its speed, m.
+    differences: [f64; 3],
+    alarms: [Alarm; 3],
     /// Force with the forgetting time, N.
     force: f64,
 }
@@ -300,7 +304,10 @@ impl Monitors {
                 }; COMPARED.len()]
             }),
             encoders: std::array::from_fn(|j| Encoder {
-                angle: input.zeta.get(j).copied().unwrap_or_default(),
+                angle: match input.zeta.get(j) {
+                    Some(angle) => *angle,
+                    None => input.theta_m.map_or(0.0, |angles| angles[j - DOF]),
+                },
                 ..Encoder::default()
             }),
             commanded: now.i_q_required,
@@ -374,6 +381,11 @@ impl Monitors {
         for (i, ways) in self.ways.iter_mut().enumerate() {
             let speeds = at.rod_speeds(i);
             let [by_joint, by_motor, by_rod] = speeds;
+            let turned = input
+                .theta_m
+                .map(|angles| angles[i] - self.encoders[DOF + i].angle);
+            let travel = maps::travel_per_radian(nominal.parameters()[i]);
+            let by_angle = turned.map_or(by_motor, |turned| travel * turned / h);
             let most = SPEED_JUMPS * nominal.ratings[i][1] * h.max(SHORTEST);
             for (before, speed) in self.speeds[i].iter_mut().zip(speeds) {
                 is_on |= (speed - *before).abs() > most;
@@ -385,12 +397,14 @@ impl Monitors {
                 way.travelled += h * by_joint - forgets * way.travelled;
                 let geared = PLAY + gear * way.travelled.abs();
                 let bent = (input.F[i] - way.force).abs() / SOFTEST;
-                for (k, (other, bound)) in [(by_motor, geared + bent), (by_rod, geared)]
-                    .into_iter()
-                    .enumerate()
-                {
+                let pairs = [
+                    (by_joint, by_motor, geared + bent),
+                    (by_joint, by_rod, geared),
+                    (by_angle, by_motor, LAG * nominal.ratings[i][1]),
+                ];
+                for (k, (one, other, bound)) in pairs.into_iter().enumerate() {
                     let difference = &mut way.differences[k];
-                    *difference += h * (by_joint - other);
+                    *difference += h * (one - other);
                     *difference -= forgets * *difference;
                     is_on |= way.alarms[k].add_position(difference.abs(), bound, h);
                 }

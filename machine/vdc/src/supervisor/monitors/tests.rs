@@ -182,6 +182,17 @@ fn a_joint_that_moves_without_its_motor_is_an_alarm() {
         input.F[1] += 1e6 * t;
     });
     assert_ne!(pressed.map(|(cause, _)| cause), Some(Cause::JointEncoder));
+    // The motor's angle shows that its speed is wrong: 0.35 mm after 18 ms and half of 20 ms.
+    let turning = |t: f64, _: &mut Plausibility, input: &mut Input| {
+        input.theta_m = Some(input.w_m.map(|speed| speed * t));
+        input.w_m[1] *= slows(1.0, t);
+        input.F[1] += 1e6 * t;
+    };
+    let (cause, time) = Watched::new().cause(0.05, turning).expect("an alarm");
+    assert!(
+        cause == Cause::JointEncoder && time > 0.02,
+        "{cause:?} {time}"
+    );
 }
 
 /// A joint that stands while its motor turns slowly: of 1 mm/s only 0.25 mm are left over 0.25 s, but
@@ -236,8 +247,18 @@ fn a_reading_that_stands_is_an_alarm() {
         cause == Cause::Stale && (0.155..0.17).contains(&time),
         "{cause:?} {time}"
     );
+    // Joint and motor slow down to a creep, so that the joint's way does not tell when the motor stands.
+    let nominal = Watched::new().nominal;
+    let ratio = PRIMES[1] / maps::travel_per_radian(nominal.parameters()[1]);
     let motor = |t: f64, _: &mut Plausibility, input: &mut Input| {
-        input.theta_m = Some([200.0 * t, 200.0 * t.min(1.1), 0.0]);
+        let (creeps, slows) = (0.002, (1.0 - t / 0.2).max(0.0));
+        let turned = 0.1 * RATE * (1.0 - slows * slows);
+        input.zeta[1] = 0.3 + RATE + turned + creeps * t;
+        input.zeta_dot[1] = RATE * slows + creeps;
+        input.x_dot[1] = PRIMES[1] * input.zeta_dot[1];
+        input.w_m[1] = ratio * (RATE * slows + if t < 1.1 { creeps } else { 0.0 });
+        let [first, _, third] = input.w_m.map(|speed| speed * t);
+        input.theta_m = Some([first, ratio * (turned + creeps * t.min(1.1)), third]);
     };
     let (cause, time) = Watched::new().cause(2.0, motor).expect("an alarm");
     // At 0.05 rad/s 3 mrad are there after 0.069 s.
