@@ -9,7 +9,7 @@ use crate::per_axis::PerAxis;
 use serde::{Deserialize, Serialize};
 
 /// Part of a stroke by which the joint's range may exceed it.
-const STROKE_SPARE: f64 = 0.02;
+const STROKE_SPARE: f64 = 0.1;
 
 /// Everything that describes one machine: mechanism, actuators, references and controller gains.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
