@@ -7,13 +7,14 @@
 //!   it does not jump by a quarter.
 //! - A joint's angle is the integral of its rate, and rod and motor move together, but for what the
 //!   mounting gives way and the play.
-//! - A joint that is to move shows other counts; a reading with noise never repeats for long.
+//! - A joint or motor that is to move shows other counts, as far as it has shown that it sticks; a
+//!   reading with noise never repeats for long.
 //! - The torque of a motor carries the measured force, but for friction and a factor, that of
 //!   magnets and gear, which is found while the machine runs; its current is the commanded one.
 //! - A joint of the wrist does not keep a rate that nobody commands; it may ring.
 //!
-//! Differences of positions are those of rates, integrated with the forgetting time [`FORGETS`], for
-//! rods with those of [`COMPARED`]: so zero errors and a gain error of the geometry do not count.
+//! Differences of positions are those of rates, integrated with the forgetting times of [`COMPARED`]: so
+//! zero errors and a gain error of the geometry do not count.
 
 use super::cause::Cause;
 use crate::nominal::Nominal;
@@ -24,7 +25,7 @@ use emla::maps;
 use hdrm::DOF;
 use serde::{Deserialize, Serialize};
 
-/// Time over which differences of rates are integrated, s.
+/// Time over which motion that no encoder shows is integrated, s.
 const FORGETS: f64 = 0.25;
 /// Parts of the largest error: that must not come within a step, that must not last, and below which
 /// the machine has found its balance.
@@ -179,11 +180,12 @@ struct Encoder {
 }
 
 impl Encoder {
-    /// Adds a reading, and what is `more` when it is the one before; the size of the unseen motion.
-    fn add(&mut self, angle: f64, more: [f64; 2], forgets: f64) -> f64 {
+    /// Adds the reading after a step of `h` s, in which its joint was to move at `rate`, rad/s, and a
+    /// share `forgets` is forgotten; the size of the unseen motion.
+    fn add(&mut self, angle: f64, rate: f64, h: f64, forgets: f64) -> f64 {
         if angle == self.angle {
-            self.stands[0] += more[0];
-            self.stands[1] += more[1] - forgets * self.stands[1];
+            self.stands[0] += h;
+            self.stands[1] += h * rate - forgets * self.stands[1];
         } else {
             self.most = std::array::from_fn(|k| self.most[k].max(self.stands[k].abs()));
             (self.angle, self.stands) = (angle, [0.0; 2]);
@@ -247,7 +249,7 @@ pub(crate) struct Monitors {
     ways: [[Way; COMPARED.len()]; 3],
     /// Speeds of the rods in the step before by joint, motor and encoder, m/s.
     speeds: [[f64; 3]; 3],
-    /// Of the joints and the motors.
+    /// Of the joints and the motors; until `stale` adds the new readings they have those of the step before.
     encoders: [Encoder; DOF + 3],
     /// Currents and forces.
     noisy: [[Repeats; 3]; 3],
@@ -360,15 +362,13 @@ impl Monitors {
     /// Angles compared with their integrated rates.
     fn angles(&mut self, at: &Moment) -> bool {
         let (input, h) = (at.input, at.h);
-        let mut is_on = false;
+        let (mut is_on, forgets) = (false, forgotten(h));
         for j in 0..DOF {
             let more = input.zeta[j] - self.encoders[j].angle - h * input.zeta_dot[j];
-            let alarms = self.angles[j].iter_mut().zip(&mut self.rates[j]);
-            for ((difference, alarm), (bound, (time, _))) in
-                alarms.zip(ANGLES.into_iter().zip(COMPARED))
-            {
-                *difference += more - share(h / time) * *difference;
-                is_on |= alarm.add_position(difference.abs(), bound, h);
+            for k in 0..COMPARED.len() {
+                let difference = &mut self.angles[j][k];
+                *difference += more - forgets[k] * *difference;
+                is_on |= self.rates[j][k].add_position(difference.abs(), ANGLES[k], h);
             }
         }
         is_on
@@ -377,7 +377,7 @@ impl Monitors {
     /// Ways of the rods by their joints, by the motors, and by their own encoders.
     fn rods(&mut self, at: &Moment) -> bool {
         let (nominal, input, h) = (at.nominal, at.input, at.h);
-        let mut is_on = false;
+        let (mut is_on, forgets) = (false, forgotten(h));
         for (i, ways) in self.ways.iter_mut().enumerate() {
             let speeds = at.rod_speeds(i);
             let [by_joint, by_motor, by_rod] = speeds;
@@ -391,8 +391,7 @@ impl Monitors {
                 is_on |= (speed - *before).abs() > most;
                 *before = speed;
             }
-            for (way, (time, gear)) in ways.iter_mut().zip(COMPARED) {
-                let forgets = share(h / time);
+            for ((way, (_, gear)), forgets) in ways.iter_mut().zip(COMPARED).zip(forgets) {
                 way.force += forgets * (input.F[i] - way.force);
                 way.travelled += h * by_joint - forgets * way.travelled;
                 let geared = PLAY + gear * way.travelled.abs();
@@ -422,8 +421,7 @@ impl Monitors {
         let motors = input.theta_m.into_iter().flatten().zip(now.zeta_dot_r);
         let encoders = joints.chain(motors.map(|motor| (motor, f64::INFINITY)));
         for (encoder, ((angle, rate), bound)) in self.encoders.iter_mut().zip(encoders) {
-            is_on |=
-                encoder.add(angle, [h, h * rate], forgets) > bound || encoder.is_stale(self.looked);
+            is_on |= encoder.add(angle, rate, h, forgets) > bound || encoder.is_stale(self.looked);
         }
         for (i, noisy) in self.noisy.iter_mut().enumerate() {
             let readings = [input.i_d[i], input.i_q[i], input.F[i]];
@@ -518,6 +516,11 @@ fn removes(settings: &Settings) -> f64 {
 
 fn length(of: [f64; 3]) -> f64 {
     of.iter().map(|part| part * part).sum::<f64>().sqrt()
+}
+
+/// Shares of the times of [`COMPARED`] that a step of `h` s forgets.
+fn forgotten(h: f64) -> [f64; COMPARED.len()] {
+    COMPARED.map(|(time, _)| share(h / time))
 }
 
 /// Share of a step that a first-order lag reaches in a time of `over` time constants.

@@ -229,7 +229,6 @@ fn a_reading_that_stands_is_an_alarm() {
     let stands = |t: f64, from: f64, now: &mut Plausibility, input: &mut Input| {
         now.zeta_dot_r[4] = if t < 0.1 { 0.0 } else { 0.2 };
         if t >= from {
-            // The jump to 0.35 is a millirad or so and not seen by the comparison with the rate.
             (input.zeta[4], input.zeta_dot[4]) = (0.3 + RATE * (1.0 + from), 0.0);
         }
     };
