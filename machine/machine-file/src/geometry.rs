@@ -66,7 +66,7 @@ impl Geometry {
         found.finite("geometry.x1_mid", [self.x1_mid]);
         for (name, beta) in [("beta1", self.beta1), ("beta2", self.beta2)] {
             if !(-PI..=PI).contains(&beta) {
-                let rule = format_args!("within ±π rad; in degrees it is `{name}_deg`").to_string();
+                let rule = format!("within ±π rad; in degrees it is `{name}_deg`");
                 found.refuse(format_args!("geometry.{name}"), beta, rule);
             }
         }

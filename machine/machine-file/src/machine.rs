@@ -76,19 +76,17 @@ impl Machine {
         }
         // Dimensions that are drawn at random may miss the stroke's ends by a little.
         let spare = STROKE_SPARE * (stroke[1] - stroke[0]);
-        let joint = [self.limits.zeta_min_deg[0], self.limits.zeta_max_deg[0]];
-        for (end, (name, most)) in [("zeta_min_deg", "least"), ("zeta_max_deg", "most")]
-            .into_iter()
-            .enumerate()
-        {
-            let beyond = (middle + radius * joint[end].to_radians() - stroke[end])
-                * if end == 0 { -1.0 } else { 1.0 };
-            if beyond > spare {
-                let bound = ((stroke[end] - middle) / radius).to_degrees();
+        let [min, max] = [self.limits.zeta_min_deg[0], self.limits.zeta_max_deg[0]];
+        for (name, most, angle, end, side) in [
+            ("zeta_min_deg", "least", min, stroke[0], -1.0),
+            ("zeta_max_deg", "most", max, stroke[1], 1.0),
+        ] {
+            if side * (middle + radius * angle.to_radians() - end) > spare {
+                let bound = ((end - middle) / radius).to_degrees();
                 let rule = format!(
                     "at {most} {bound:.1}: the slew actuator's stroke, `limits.stroke_1` = {stroke:?}, turns no further"
                 );
-                found.refuse(format_args!("limits.{name}[1]"), joint[end], rule);
+                found.refuse(format_args!("limits.{name}[1]"), angle, rule);
             }
         }
     }

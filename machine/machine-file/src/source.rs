@@ -299,14 +299,14 @@ mod tests {
         );
         write(
             "lowest.json",
-            &json!({"extends": "reference", "gravity": 1.6, "geometry": {"r_B": 0.36}}),
+            &json!({"extends": "reference", "gravity": 1.6, "geometry": {"r_B": 0.4}}),
         );
         write("top.json", &json!({"extends": "inner/base.json"}));
         let name = place("top.json").display().to_string();
         let source = Source::named(&name).expect("valid");
         assert_eq!(
             (source.machine.gravity, source.machine.geometry.r_B),
-            (3.7, 0.36)
+            (3.7, 0.4)
         );
         assert_eq!(source.texts.len(), 4);
         assert_eq!(source.shipped(), Some("reference"));

@@ -227,8 +227,7 @@ impl Master {
     }
 
     /// From now on these faults, and no others, alter values; those of the present time are passed
-    /// again. An input in a
-    /// scenario that nothing drives keeps its present value apart from the faults.
+    /// again. An input in a scenario that nothing drives keeps its present value apart from the faults.
     pub fn apply_faults(&mut self, system: &System, faults: &Faults) -> Result<()> {
         let wiring = system.wiring()?;
         let mut fed: HashSet<Port> = self.fed().iter().copied().collect();
