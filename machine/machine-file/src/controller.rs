@@ -20,6 +20,10 @@ pub struct Controller {
     pub Lambda_rod: f64,
     /// `K_A = kappa_KA · (nominal 6×6 inertia of the body)`, 1/s.
     pub kappa_KA: f64,
+    /// Shares of `kappa_KA` that act on slew, lift and tilt joint, whose motors have a feedback of
+    /// their own (`K_v`); left out: 1, as in the paper.
+    #[serde(default = "kappa_share")]
+    pub kappa_share: [f64; 3],
     /// Current feedback, V/A.
     pub K_i: f64,
     /// Force feedback, V/N.
@@ -69,6 +73,11 @@ fn lambda_i() -> f64 {
     50.0
 }
 
+/// Default, the paper's.
+fn kappa_share() -> [f64; 3] {
+    [1.0; 3]
+}
+
 /// Default for older files, which lack it: the reference machine's `Lambda_position`.
 fn Lambda_rod() -> f64 {
     20.0
@@ -93,6 +102,9 @@ impl Controller {
         }
         for (i, &d) in self.pd_wrist_damping.iter().enumerate() {
             found.not_negative(format_args!("controller.pd_wrist_damping[{}]", i + 1), d);
+        }
+        for (i, &share) in self.kappa_share.iter().enumerate() {
+            found.not_negative(format_args!("controller.kappa_share[{}]", i + 1), share);
         }
         let [lower, upper] = self.inverse_bounds;
         if !(lower > 0.0 && lower < 1.0 && upper > 1.0 && upper.is_finite()) {

@@ -26,6 +26,9 @@ const OBSERVER: f64 = 60.0;
 /// `K_A` = `kappa_KA` × inertia.
 const WRIST: f64 = 20.0;
 const TURN: f64 = 5.0;
+/// Share of it at the rods: their motors have a feedback of their own, and with both a boom on a soft
+/// mounting swings.
+const RODS: f64 = 0.3;
 
 /// The quantities that bound the gains of a machine, at its start pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -136,6 +139,9 @@ fn within(machine: &Machine, bounds: &Bounds) -> Vec<RuledGain> {
         ("K_v", MOTOR / motor, "V.s/m", of_motor),
         ("omega_d", OBSERVER, "1/s", "sampling and delay".into()),
         ("kappa_KA", WRIST, "1/s", "lag of the wrist's drives".into()),
+        ("kappa_share[1]", RODS, "1", "the motors' feedback K_v".into()),
+        ("kappa_share[2]", RODS, "1", "the motors' feedback K_v".into()),
+        ("kappa_share[3]", RODS, "1", "the motors' feedback K_v".into()),
         ("Lambda_orientation", TURN, "1/s", of_wrist),
     ];
     let rounded = gains.map(|(name, value, unit, why)| RuledGain {

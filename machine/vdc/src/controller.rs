@@ -188,7 +188,7 @@ impl Controller {
             let stroke = &configuration.strokes[i];
             RodMotion::from_joint(stroke, input.zeta_dot[i], required, i)
         });
-        let forces = settings.mode.law().forces(&Instant {
+        let instant = Instant {
             nominal,
             bodies: &state.bodies,
             gains,
@@ -200,7 +200,8 @@ impl Controller {
             motions: &motions,
             errors: &errors,
             law_integral: &state.law_integral,
-        });
+        };
+        let forces = settings.mode.law().forces(&instant);
         now.errors = tracking.errors;
         if let (Some(z), true) = (z, settings.force_limit > 0.0) {
             let grown = z + tracking.errors.z_dot;
@@ -234,6 +235,7 @@ impl Controller {
             motions,
             law_integral_rate: forces.law_integral_rate,
             energy: errors.energy,
+            dissipation: instant.dissipation(),
         });
         let supervisor = &state.supervisor;
         if supervisor.stage() < Stage::Braking {

@@ -55,6 +55,8 @@ pub(crate) struct MachineLevel {
     pub(crate) law_integral_rate: [f64; DOF],
     /// Σ ½ sᵀ M s with the nominal inertias, J.
     pub(crate) energy: f64,
+    /// Power that the feedback of the rates takes out, W.
+    pub(crate) dissipation: f64,
 }
 
 impl Evaluation {

@@ -18,7 +18,7 @@ pub(crate) fn fill(
     let (gains, output) = (&settings.gains, &mut now.output);
     if let Some(machine) = &now.machine {
         output.nu_velocity = settings.true_inertia_scale * machine.energy;
-        output.dissipation = 2.0 * gains.kappa_KA * machine.energy;
+        output.dissipation = machine.dissipation;
         for (k, estimate) in bodies.estimates.iter().enumerate() {
             let truth = bodies.nominal[k] * settings.true_inertia_scale;
             output.mass_hat[k] = estimate.inertia().m;

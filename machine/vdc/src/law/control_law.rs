@@ -64,10 +64,50 @@ impl Instant<'_> {
         Q
     }
 
-    /// Generalised momentum `M s` of the velocity errors with the nominal inertias, N·m·s.
+    /// Generalised forces of the bodies with the feedback `K_A s`, N·m.
+    pub(crate) fn bodies_with_feedback(&self) -> [f64; DOF] {
+        let kappa = self.gains.kappa_KA;
+        let Some(momentum) = self.shared_momentum() else {
+            return self.bodies_forces(kappa);
+        };
+        let Q = self.bodies_forces(0.0);
+        std::array::from_fn(|i| Q[i] + kappa * momentum[i])
+    }
+
+    /// Generalised momentum of the velocity errors with the nominal inertias, N·m·s, of which the
+    /// shares of the joints count: `√S M √S s`.
     pub(crate) fn momentum(&self) -> [f64; DOF] {
+        if let Some(momentum) = self.shared_momentum() {
+            return momentum;
+        }
         let (with, without) = (self.bodies_forces(1.0), self.bodies_forces(0.0));
         std::array::from_fn(|i| with[i] - without[i])
+    }
+
+    /// Power that the feedback `K_A s` takes out, `sᵀ K_A s`, W.
+    pub(crate) fn dissipation(&self) -> f64 {
+        let kappa = self.gains.kappa_KA;
+        let Some(momentum) = self.shared_momentum() else {
+            return 2.0 * kappa * self.errors.energy;
+        };
+        let powers = momentum.iter().zip(self.rate_errors());
+        kappa * powers.map(|(p, s)| p * s).sum::<f64>()
+    }
+
+    /// Errors `s` of the joint rates, rad/s.
+    fn rate_errors(&self) -> [f64; DOF] {
+        std::array::from_fn(|i| self.required.zeta_dot[i] - self.zeta_dot[i])
+    }
+
+    /// The momentum with shares; None where each is 1.
+    fn shared_momentum(&self) -> Option<[f64; DOF]> {
+        let [a, b, c] = self.gains.kappa_share;
+        let shares = [a, b, c, 1.0, 1.0, 1.0];
+        (shares != [1.0; DOF]).then(|| {
+            let nominal = &self.bodies.nominal;
+            let s = self.rate_errors();
+            decomposition::shared_momentum(self.configuration, nominal, &s, &shares)
+        })
     }
 
     fn bodies_forces(&self, kappa: f64) -> [f64; DOF] {

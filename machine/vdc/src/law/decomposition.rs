@@ -132,6 +132,23 @@ pub(crate) fn joint_forces(
     })
 }
 
+/// Feedback over κ on the six joints, `√S M √S s` in N·m·s, with the nominal inertias M, for errors
+/// `s` of the joint rates, rad/s, of which `shares` S count. It takes energy out at any shares.
+pub(crate) fn shared_momentum(
+    configuration: &Configuration,
+    nominal: &[Inertia; Body::COUNT],
+    s: &[f64; DOF],
+    shares: &[f64; DOF],
+) -> [f64; DOF] {
+    let mut scaled = at_rest();
+    scaled.zeta_ddot = Vector6::from_fn(|i, _| shares[i].sqrt() * s[i]);
+    let turning = motions(configuration, &[0.0; DOF], &scaled, &BodyMotion::default());
+    let momentum = moments(configuration, &turning, |body| {
+        Some(&nominal[body as usize])
+    });
+    std::array::from_fn(|i| shares[i].sqrt() * momentum[i])
+}
+
 /// What is expected to be felt of the hook with this `payload`.
 pub(crate) fn hook_model(
     configuration: &Configuration,

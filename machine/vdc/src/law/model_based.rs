@@ -3,7 +3,7 @@
 
 use crate::bodies::{Bodies, adaptation_direction};
 use crate::law::control_law::{ControlLaw, Forces, Instant};
-use crate::law::decomposition::{self, BodyMotion};
+use crate::law::decomposition::BodyMotion;
 use hdrm::Body;
 use machine_file::Controller as Gains;
 
@@ -16,10 +16,7 @@ pub(crate) struct ModelBased {
 impl ControlLaw for ModelBased {
     /// The required wrenches of the bodies, projected on the joints, and the joints' friction.
     fn forces(&self, now: &Instant) -> Forces {
-        let estimates = &now.bodies.estimates;
-        let (motions, kappa) = (now.motions, now.gains.kappa_KA);
-        let mut Q =
-            decomposition::joint_forces(now.configuration, motions, estimates, now.errors, kappa);
+        let mut Q = now.bodies_with_feedback();
         for (i, Q) in Q.iter_mut().enumerate() {
             *Q += now.nominal.joint_viscous[i] * now.required.zeta_dot[i];
         }

@@ -63,10 +63,11 @@ const SOFTEST: f64 = 12e6;
 const UNSEEN: [f64; DOF] = [0.02, 0.02, 0.02, 0.04, 0.025, 0.05];
 /// A joint sticks no more than it has shown: the multiple of the longest time, and of the most motion, for
 /// which its encoder has shown the same count, and the least of both, s and rad; readings may be lost for
-/// 50 ms. It has shown it when it has been watched for a time, s, before it stands, and for a multiple of
+/// 50 ms. The last joint of the wrist, where it hardly moves, sticks at turns that it has not made before. It has shown it when it has been watched for a time, s, before it stands, and for a multiple of
 /// that longest time.
 const LONGER: f64 = 3.0;
-const STANDS: [f64; 2] = [0.06, 0.003];
+const STANDS: f64 = 0.06;
+const UNMOVED: [f64; DOF] = [0.003, 0.003, 0.003, 0.003, 0.003, 0.03];
 const SHOWN: [f64; 2] = [1.0, 100.0];
 /// Changes by which a noisy reading is known, the repeats that it may have between them by chance, and
 /// those that it then may have because readings are lost.
@@ -193,11 +194,14 @@ impl Encoder {
         self.stands[1].abs()
     }
 
-    /// Whether it stands as it has not done before in a machine that was watched for a time, s.
-    fn is_stale(&self, looked: f64) -> bool {
+    /// Whether it stands as it has not done before in a machine that was watched for a time, s, with
+    /// more wanted motion than `unmoved`, rad.
+    fn is_stale(&self, looked: f64, unmoved: f64) -> bool {
         let [time, longest] = [self.stands[0], self.most[0]];
         let has_shown = looked - time > SHOWN[0] && looked > SHOWN[1] * longest;
-        has_shown && (0..2).all(|k| self.stands[k].abs() > STANDS[k].max(LONGER * self.most[k]))
+        has_shown
+            && (0..2)
+                .all(|k| self.stands[k].abs() > [STANDS, unmoved][k].max(LONGER * self.most[k]))
     }
 }
 
@@ -417,11 +421,13 @@ impl Monitors {
     fn stale(&mut self, at: &Moment) -> bool {
         let (now, input, h) = (at.now, at.input, at.h);
         let (mut is_on, forgets) = (false, share(h / FORGETS));
-        let joints = input.zeta.into_iter().zip(now.zeta_dot_r).zip(UNSEEN);
-        let motors = input.theta_m.into_iter().flatten().zip(now.zeta_dot_r);
-        let encoders = joints.chain(motors.map(|motor| (motor, f64::INFINITY)));
-        for (encoder, ((angle, rate), bound)) in self.encoders.iter_mut().zip(encoders) {
-            is_on |= encoder.add(angle, rate, h, forgets) > bound || encoder.is_stale(self.looked);
+        let motors = input.theta_m.into_iter().flatten();
+        let readings = input.zeta.into_iter().chain(motors);
+        for (k, (encoder, angle)) in self.encoders.iter_mut().zip(readings).enumerate() {
+            let j = k % DOF;
+            let bound = if k < DOF { UNSEEN[j] } else { f64::INFINITY };
+            let unseen = encoder.add(angle, now.zeta_dot_r[j], h, forgets);
+            is_on |= unseen > bound || encoder.is_stale(self.looked, UNMOVED[j]);
         }
         for (i, noisy) in self.noisy.iter_mut().enumerate() {
             let readings = [input.i_d[i], input.i_q[i], input.F[i]];

@@ -202,3 +202,31 @@ fn the_energy_of_the_errors_is_that_of_the_mass_matrix() {
         assert!((found / expected - 1.0).abs() < 1e-11, "{found} {expected}");
     }
 }
+
+/// `√S M √S s`, with the plant's inertia matrix in place of ours; it takes energy out whatever the
+/// shares. Tolerance: rounding of sums of 1 kN·m·s.
+#[test]
+fn feedback_with_shares_has_the_plants_inertia() {
+    let machine = Machine::reference();
+    let plant = Hdrm::new(&machine, &Options::from_machine(&machine)).expect("valid machine");
+    for k in 0..20 {
+        let zeta: [f64; DOF] =
+            std::array::from_fn(|i| machine.start.zeta[i] + 0.25 * noise(k, 10 + i));
+        let s: [f64; DOF] = std::array::from_fn(|i| 0.4 * noise(k, 20 + i));
+        let shares: [f64; DOF] = std::array::from_fn(|i| (1.0 + noise(k, 30 + i)).powi(2));
+        let rest = State {
+            zeta,
+            ..State::default()
+        };
+        let (M, _) = plant.equations_of_motion(&rest);
+        let roots = Vector6::from(shares.map(f64::sqrt));
+        let scaled = roots.component_mul(&Vector6::from(s));
+        let expected = roots.component_mul(&(M * scaled));
+        let configuration = plant.tree().configuration(&zeta);
+        let inertias = plant.inertias();
+        let found = decomposition::shared_momentum(&configuration, inertias, &s, &shares);
+        let found = Vector6::from(found);
+        assert!((found - expected).norm() < 1e-9 * expected.norm(), "{k}");
+        assert!(found.dot(&Vector6::from(s)) > 0.0, "{k}");
+    }
+}
