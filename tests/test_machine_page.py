@@ -405,7 +405,7 @@ CLICKER = """
   document.querySelectorAll("details").forEach((part) => (part.open = true));
   const began = performance.now();
   const counts = {};
-  for (let k = 0; k < 2000; k += 1) {
+  for (let k = 0; k < given[1]; k += 1) {
     const all = [...document.querySelectorAll("button, select, input:not([hidden])")].filter((one) => !one.disabled && !out.includes(one.id) && !one.closest("[hidden]"));
     const one = all[draw(all.length)];
     counts[one.tagName] = (counts[one.tagName] ?? 0) + 1;
@@ -428,11 +428,17 @@ CLICKER = """
 """
 
 
-def test_any_order_of_clicks_ends_in_a_running_page(page):
-    """2000 random ones: nothing is thrown, the panel shows what runs, and the machine still starts and moves."""
+@pytest.fixture(scope="module")
+def clicks():
+    """How many random ones; in Firefox fewer."""
+    return 2000
+
+
+def test_any_order_of_clicks_ends_in_a_running_page(page, clicks):
+    """Random ones: nothing is thrown, the panel shows what runs, and the machine still starts and moves."""
     restart(page, trajectory="rates")
-    counts, took = run(page, CLICKER, 52)
-    assert counts["BUTTON"] > 500 and counts["INPUT"] > 300
+    counts, took = run(page, CLICKER, 52, clicks)
+    assert counts["BUTTON"] > clicks / 4 and counts["INPUT"] > 0.15 * clicks
     assert noise(page) == []
     ticked = page.execute_script("return [...document.querySelectorAll('#ghosts input:checked')].map((box) => box.value)")
     for law in ticked:
@@ -444,7 +450,7 @@ def test_any_order_of_clicks_ends_in_a_running_page(page):
     before = get(page, "hdrm.zeta[2]")
     run(page, "document.getElementById('play').click()")
     until(page, lambda: abs(get(page, "hdrm.zeta[2]") - before) > 1e-3)
-    print(f"2000 clicks took {took / 1000:.1f} s")
+    print(f"{clicks} clicks took {took / 1000:.1f} s")
 
 
 def test_letters_lead_while_a_list_has_the_focus(page):

@@ -8,7 +8,7 @@ import pytest
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import Select
 
-from browser import chromium, downloaded, drop, noise, run, shown, until
+from browser import chromium, downloaded, drop, firefox, noise, run, shown, until
 from conftest import FMU_DIR
 from fmpy_master import ROOT
 from native import cargo_fmu
@@ -219,6 +219,15 @@ def test_the_address_holds_signals_and_the_stop_time(page, battery):
     page.get("about:blank")
     page.get(battery[1].as_uri())
     run(page, "await machine.ready")
+
+
+def test_it_runs_in_firefox(battery):
+    driver = firefox()
+    driver.get(battery[1].as_uri())
+    run(driver, "await machine.ready")
+    test_a_run_follows_the_closed_form(driver)
+    assert noise(driver) == []
+    driver.quit()
 
 
 def get_soc(page):

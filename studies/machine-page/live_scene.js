@@ -21,8 +21,10 @@ const ROD_LABELS = { C2: 1, C3: 2, T1: 0 };
 /* Whether the browser draws without a graphics processor. */
 function drawsInSoftware() {
   const context = document.createElement("canvas").getContext("webgl2");
-  const info = context?.getExtension("WEBGL_debug_renderer_info");
-  return info ? /swiftshader|llvmpipe|software|basic render/i.test(context.getParameter(info.UNMASKED_RENDERER_WEBGL)) : false;
+  const name = context?.getParameter(context.RENDERER) ?? "";
+  // Firefox says it at once, Chromium and WebKit when they are asked otherwise.
+  const info = /^webkit/i.test(name) ? context.getExtension("WEBGL_debug_renderer_info") : null;
+  return /swiftshader|llvmpipe|software|basic render/i.test(info ? context.getParameter(info.UNMASKED_RENDERER_WEBGL) : name);
 }
 
 /* A line to which points are added; the oldest go. */
