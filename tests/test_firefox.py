@@ -2,6 +2,7 @@
 
 import pytest
 from browser import firefox
+from test_machine_page import test_the_page_opens_from_a_folder_and_moves  # noqa: F401 (the first: the others pause it)
 from test_machine_page import (  # noqa: F401
     PAGE,
     page,
@@ -18,7 +19,6 @@ from test_machine_page import (  # noqa: F401
     test_levers_on_the_screen_and_keys_move_the_joints,
     test_the_emergency_stop_and_the_reset,
     test_the_machine_is_drawn_where_the_fmu_has_it,
-    test_the_page_opens_from_a_folder_and_moves,
     test_the_tip_is_pushed_by_dragging,
     test_two_sticks_lead_and_their_axes_can_be_changed,
 )

@@ -7,6 +7,8 @@ import { html } from "./page.js";
 
 /* Stretches of time across a scope. */
 const STRETCHES = 500;
+/* Stretches that a trace keeps at most: beyond it the older half becomes half as fine, so that a run of hours needs no more memory. */
+const MOST_STRETCHES = 30_000;
 
 class Trace {
   constructor({ label, color, dashed = false }, stretch) {
@@ -25,7 +27,19 @@ class Trace {
       this.indices.push(index);
       this.low.push(y);
       this.high.push(y);
+      if (k + 2 > MOST_STRETCHES) this.thin();
     }
+  }
+
+  /* Two stretches of the older half become one. */
+  thin() {
+    const half = MOST_STRETCHES / 4;
+    const [low, high] = [this.low, this.high];
+    for (let k = 0; k < half; k += 1) {
+      this.indices[k] = this.indices[2 * k];
+      [low[k], high[k]] = [Math.min(low[2 * k], low[2 * k + 1]), Math.max(high[2 * k], high[2 * k + 1])];
+    }
+    for (const list of [this.indices, low, high]) list.splice(half, half);
   }
 
   /* Forgets what is after the time. */
