@@ -127,6 +127,7 @@ def test_levers_on_the_screen_and_keys_move_the_joints(page):
     ActionChains(page).release().perform()
     until(page, lambda: get(page, "controller.rate.joint[1]") == 0)
     assert slew.get_property("value") == "0", "it springs back"
+    assert page.execute_script("return document.activeElement === document.body"), "keys lead again"
 
 
 def test_a_lever_takes_over_from_a_path_where_the_machine_stands(page):
@@ -733,6 +734,78 @@ def test_the_tip_meets_the_floor_and_is_warned_of_it(page):
     advance(page, 1.0)
     assert get(page, "hdrm.contact.force[2]") > 100
     until(page, lambda: run(page, "return machine.scene.contact.visible"))
+
+
+def test_tasks_follow_one_another_until_a_lever_is_touched(page):
+    reopen(page, PAGE.as_uri())
+    assert page.execute_script("return document.getElementById('trajectory').value") == "path six-joints"
+    Select(page.find_element(By.ID, "speed")).select_by_value("Infinity")
+    until(page, lambda: page.execute_script("return document.getElementById('trajectory').value") == "triangular")
+    Select(page.find_element(By.ID, "speed")).select_by_value("1")
+    body = page.find_element(By.TAG_NAME, "body")
+    ActionChains(page).key_down("w", body).perform()
+    until(page, lambda: page.execute_script("return document.getElementById('trajectory').value") == "rates joint")
+    ActionChains(page).key_up("w", body).perform()
+    run(page, "await machine.pause()")
+    advance(page, 5)
+    run(page, "machine.play()")
+    now = page.execute_script("return machine.time")
+    until(page, lambda: page.execute_script("return machine.time") > now + 0.3)
+    assert page.execute_script("return document.getElementById('trajectory').value") == "rates joint", "no task follows"
+
+
+def test_arcs_show_the_ranges_of_the_joints(page):
+    """From end to end, about the joint: angles of the arc's corners seen from its middle."""
+    spans = page.execute_script(
+        """const { arcs, data } = machine.scene;
+        return arcs.map(([arc], k) => {
+          const at = arc.geometry.attributes.position.array;
+          const angles = Array.from({ length: at.length / 3 }, (_, i) => Math.atan2(at[3 * i + 1], at[3 * i]));
+          const [least, most] = data.joints[k + 1];
+          const jumps = angles.sort((a, b) => a - b).map((angle, i) => (angles[(i + 1) % angles.length] - angle + 2 * Math.PI) % (2 * Math.PI));
+          return [2 * Math.PI - Math.max(...jumps), most - least];
+        });"""
+    )
+    for span, span_of_joint in spans:
+        assert span == pytest.approx(span_of_joint, abs=0.2), "a band's width at its ends"
+
+
+def test_a_gain_goes_back_to_its_usual_value_and_says_what_it_does(page):
+    restart(page, trajectory="rates", controller__settle_time=0)
+    usual = get(page, "controller.Lambda_position")
+    slide(page, "Stiffness of position", 10)
+    until(page, lambda: get(page, "controller.Lambda_position") == 10)
+    row = "const row = [...document.querySelectorAll('#panel .row')].find((row) => row.firstChild.textContent === 'Stiffness of position');"
+    assert len(page.execute_script(row + "return row.firstChild.title")) > 20
+    page.execute_script(row + "row.querySelector('button').click()")
+    until(page, lambda: get(page, "controller.Lambda_position") == usual)
+
+
+@pytest.mark.parametrize("width", [1400, 390])
+def test_a_message_covers_no_button(page, width):
+    try:
+        page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": width < 600})
+        until(page, lambda: page.execute_script("return window.innerWidth") == width)
+        page.execute_script("document.getElementById('message').textContent = 'Word '.repeat(80); document.getElementById('message').classList.add('shown')")
+        covered = """const box = document.getElementById("message").getBoundingClientRect();
+        return [...document.querySelectorAll("#stage button, #stage select")].filter((one) => one.checkVisibility()).filter((one) => {
+          const { left, right, top, bottom } = one.getBoundingClientRect();
+          return right > box.left && left < box.right && bottom > box.top && top < box.bottom;
+        }).map((one) => one.textContent || one.title);"""
+        assert page.execute_script(covered) == []
+    finally:
+        page.execute_script("document.getElementById('message').classList.remove('shown'); document.getElementById('message').textContent = ''")
+        page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_the_wheel_shows_more_of_the_run(page):
+    """Of all scopes at once; a double click shows the usual part."""
+    lengths = "return [...machine.monitor.scopes.values()].map(({ scope }) => scope.length)"
+    wheel = "const canvas = document.querySelector('.scope canvas'); for (let k = 0; k < 3; k += 1) canvas.dispatchEvent(new WheelEvent('wheel', { deltaY: 100, cancelable: true }))"
+    page.execute_script(wheel)
+    assert page.execute_script(lengths) == pytest.approx([12 * 1.15**3] * 3)
+    page.execute_script("document.querySelector('.scope canvas').dispatchEvent(new MouseEvent('dblclick', { cancelable: true }))")
+    assert page.execute_script(lengths) == [12] * 3
 
 
 def test_a_joints_slider_leads_it_there_and_ends_at_its_limits(page):

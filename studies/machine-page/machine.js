@@ -856,4 +856,4 @@ opened.catch(async (error) => {
   element("broken").append(usual);
 });
 scripted(live, opened);
-Object.defineProperties(window.machine, { scene: { get: () => live.scene }, monitor: { get: () => live.monitor } });
+Object.defineProperties(window.machine, { scene: { get: () => live.scene }, monitor: { get: () => live.monitor }, engine: { get: () => live.engine } });
