@@ -274,8 +274,9 @@ export class Scope {
       context.fillText(`${t.toFixed(2)} s`, Math.min(Math.max(x(t), box.left + 18), box.right - 18), box.top + 8);
     }
     const now = performance.now();
-    if (!pointed && this.scrolls && now - this.shown < 150) return;
-    this.shown = now;
+    // The values of another time go at once.
+    if (!pointed && !this.pointed && this.scrolls && now - this.shown < 150) return;
+    Object.assign(this, { shown: now, pointed });
     for (const trace of this.traces) {
       trace.text.style.setProperty("--color", this.palette[trace.color % this.palette.length]);
       trace.text.textContent = `${trace.label} ${readable(pointed ? trace.at(t) : trace.last)}`;
