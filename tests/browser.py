@@ -67,8 +67,19 @@ class Marionette:
     length, as [0, number, command, parameters] and [1, number, error, result]."""
 
     # Commands that are called otherwise than Selenium does, without "WebDriver:".
-    NAMES = {"get": "Navigate", "w3cExecuteScript": "ExecuteScript", "w3cExecuteScriptAsync": "ExecuteAsyncScript", "actions": "PerformActions", "clickElement": "ElementClick",
-             "sendKeysToElement": "ElementSendKeys", "getCurrentUrl": "GetCurrentURL", "screenshot": "TakeScreenshot", "findChildElement": "FindElement", "findChildElements": "FindElements"}
+    NAMES = {
+        "get": "Navigate",
+        "w3cExecuteScript": "ExecuteScript",
+        "w3cExecuteScriptAsync": "ExecuteAsyncScript",
+        "actions": "PerformActions",
+        "clickElement": "ElementClick",
+        "sendKeysToElement": "ElementSendKeys",
+        "getCurrentUrl": "GetCurrentURL",
+        "screenshot": "TakeScreenshot",
+        "findChildElement": "FindElement",
+        "findChildElements": "FindElements",
+        "getElementValueOfCssProperty": "GetElementCSSValue",
+    }
 
     def __init__(self, binary, screen):
         self.profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
