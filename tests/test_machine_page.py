@@ -696,7 +696,7 @@ def test_the_emergency_stop_and_the_reset(page, world):
     stands = get(page, "hdrm.zeta[1]")
     advance(page, 0.5)
     # The lever asks for 0.05 rad in this time. The ideal machine has no brakes: held by its drives it swings about its rest, 3.3 mrad at most,
-    # with a period of 1.2 s that loses 1/e in as long.
+    # with a period of 1.2 s, and loses 1/e in a second.
     assert abs(get(page, "hdrm.zeta[1]") - stands) < (5e-3 if world == "ideal" else 1e-3), "it stands, though the lever is not at rest"
     lever(0)
     page.find_element(By.ID, "reset").click()
