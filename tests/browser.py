@@ -1,13 +1,18 @@
-"""A headless Chromium without a network, for pages that open from a folder.
+"""A Chromium or Firefox without a network and a screen, for pages that open from a folder.
 
-Needs Chromium and ChromeDriver of the system (Debian: chromium, chromium-driver). Where there are none tests are skipped, except with
-REPORT_BROWSER=required in the environment, as in CI.
+Needs Chromium and ChromeDriver of the system, and Firefox with Xvfb (Debian: chromium, chromium-driver, firefox-esr, xvfb). Where there are none tests are
+skipped, except with REPORT_BROWSER=required in the environment, as in CI.
 """
 
 import base64
 import importlib.resources
+import json
 import os
 import shutil
+import socket
+import subprocess
+import tempfile
+import time
 from pathlib import Path
 
 import pytest
@@ -19,15 +24,20 @@ BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 ADVICE = ("GPU stall", "willReadFrequently")
 
 
+def lacks(browser, packages):
+    """Ends a test that has no browser."""
+    missing = f"no {browser} on this machine (Debian: apt-get install {packages})"
+    if os.environ.get("REPORT_BROWSER") == "required":
+        pytest.fail(missing)
+    pytest.skip(missing)
+
+
 def chromium(*flags):
     """A driver of the browser; whoever asks for it quits it."""
     binary = next(filter(None, map(shutil.which, BROWSERS)), None)
     driver = shutil.which("chromedriver")
     if not (binary and driver):
-        missing = "no Chromium with ChromeDriver on this machine (Debian: apt-get install chromium chromium-driver)"
-        if os.environ.get("REPORT_BROWSER") == "required":
-            pytest.fail(missing)
-        pytest.skip(missing)
+        lacks("Chromium with ChromeDriver", "chromium chromium-driver")
     options = webdriver.ChromeOptions()
     options.binary_location = binary
     for flag in (
@@ -50,6 +60,111 @@ def chromium(*flags):
     chrome = webdriver.Chrome(options=options, service=webdriver.ChromeService(driver))
     chrome.set_script_timeout(600)
     return chrome
+
+
+class Marionette:
+    """Selenium's commands in the words of Firefox's own remote protocol, so that no geckodriver is needed: JSON messages, each after its
+    length, as [0, number, command, parameters] and [1, number, error, result]."""
+
+    # Commands that are called otherwise than Selenium does, without "WebDriver:".
+    NAMES = {
+        "get": "Navigate",
+        "w3cExecuteScript": "ExecuteScript",
+        "w3cExecuteScriptAsync": "ExecuteAsyncScript",
+        "actions": "PerformActions",
+        "clickElement": "ElementClick",
+        "sendKeysToElement": "ElementSendKeys",
+        "getCurrentUrl": "GetCurrentURL",
+        "screenshot": "TakeScreenshot",
+        "findChildElement": "FindElement",
+        "findChildElements": "FindElements",
+        "getElementValueOfCssProperty": "GetElementCSSValue",
+    }
+
+    def __init__(self, binary, screen):
+        self.profile = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
+        # No port is chosen beforehand: another test could take it.
+        preferences = {"marionette.port": 0, "network.proxy.type": 1, "network.proxy.http": "0.0.0.0", "network.proxy.ssl": "0.0.0.0"}
+        folder = Path(self.profile.name)
+        (folder / "user.js").write_text("".join(f"user_pref({json.dumps(name)}, {json.dumps(value)});\n" for name, value in preferences.items()))
+        command = [binary, "--marionette", "--remote-allow-system-access", "--no-remote", "--width=1400", "--height=1000", "--profile", folder]
+        # Without a screen Firefox draws nothing in three dimensions. The screen tells its own number.
+        reading, writing = os.pipe()
+        self.screen = subprocess.Popen([screen, "-displayfd", str(writing), "-screen", "0", "1400x1000x24"], pass_fds=[writing], stderr=subprocess.DEVNULL)
+        os.close(writing)
+        with open(reading) as told:
+            environment = os.environ | {"DISPLAY": f":{told.readline().strip()}"}
+        self.process = subprocess.Popen(command, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        port = folder / "MarionetteActivePort"
+        while not (port.is_file() and port.read_text()):
+            if self.process.poll() is not None:
+                raise RuntimeError(f"{binary} ended with {self.process.returncode} before it listened")
+            time.sleep(0.05)
+        self.stream = socket.create_connection(("127.0.0.1", int(port.read_text()))).makefile("rwb")
+        self.count = 0
+        self.read()
+
+    def read(self):
+        length = b""
+        while (digit := self.stream.read(1)) != b":":
+            if not digit:
+                raise RuntimeError("Firefox has closed the connection")
+            length += digit
+        return json.loads(self.stream.read(int(length)))
+
+    def ask(self, command, parameters):
+        self.count += 1
+        message = json.dumps([0, self.count, command, parameters]).encode()
+        self.stream.write(b"%d:%s" % (len(message), message))
+        self.stream.flush()
+        return self.read()[2:]
+
+    def execute(self, command, parameters):
+        """As Selenium's connection does."""
+        if command == "quit":
+            self.ask("Marionette:Quit", {"flags": ["eForceQuit"]})
+            return {"value": None}
+        parameters = {name: value for name, value in (parameters or {}).items() if name != "sessionId"}
+        element = parameters.pop("id", None)
+        name = self.NAMES.get(command, command[0].upper() + command[1:])
+        if command == "newSession":
+            parameters = parameters["capabilities"]["alwaysMatch"]
+        elif command.startswith("findChild"):
+            parameters["element"] = element
+        elif element is not None:
+            parameters["id"] = element
+        error, result = self.ask(f"WebDriver:{name}", parameters)
+        if error:
+            return {"status": error["error"], "value": error}
+        # What is no answer of several parts comes as {"value": …}.
+        return {"value": result["value"] if isinstance(result, dict) and result.keys() == {"value"} else result}
+
+    def close(self):
+        self.stream.close()
+        self.process.wait()
+        self.screen.terminate()
+        self.screen.wait()
+        self.profile.cleanup()
+
+    def complaints(self):
+        """Errors and warnings of scripts since this was asked last."""
+        self.ask("Marionette:SetContext", {"value": "chrome"})
+        script = """const found = Services.console.getMessageArray().filter((m) => m instanceof Ci.nsIScriptError && /^(file|blob|data):/.test(m.sourceName));
+        Services.console.reset();
+        return found.map((m) => m.toString());"""
+        _, result = self.ask("WebDriver:ExecuteScript", {"script": script, "args": []})
+        self.ask("Marionette:SetContext", {"value": "content"})
+        return result["value"]
+
+
+def firefox():
+    """A driver of Firefox; whoever asks for it quits it."""
+    binary, screen = shutil.which("firefox-esr") or shutil.which("firefox"), shutil.which("Xvfb")
+    if not (binary and screen):
+        lacks("Firefox with Xvfb", "firefox-esr xvfb")
+    driver = webdriver.Remote(command_executor=Marionette(binary, screen), options=webdriver.FirefoxOptions())
+    driver.set_script_timeout(600)
+    return driver
 
 
 def webkit():
@@ -88,6 +203,8 @@ def drop(chrome, name, content):
 
 def noise(chrome):
     """What the browser has complained of since this was asked last."""
+    if chrome.name == "firefox":
+        return chrome.command_executor.complaints()
     if chrome.name != "chrome":
         return []  # It has no such list.
     return [e for e in chrome.get_log("browser") if e["level"] != "INFO" and not any(a in e["message"] for a in ADVICE)]

@@ -4,16 +4,21 @@ The page is `target/web/machine.html` (`cargo xtask web`), or what MACHINE_PAGE 
 """
 
 import json
+import math
 import os
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
+from scipy.interpolate import LinearNDInterpolator
+from scipy.spatial.transform import Rotation
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select
 
+import native
 from browser import chromium, downloaded, drop, noise, remarks, run, shown, until
 from conftest import FMU_DIR
 
@@ -122,6 +127,7 @@ def test_levers_on_the_screen_and_keys_move_the_joints(page):
     ActionChains(page).release().perform()
     until(page, lambda: get(page, "controller.rate.joint[1]") == 0)
     assert slew.get_property("value") == "0", "it springs back"
+    assert page.execute_script("return document.activeElement === document.body"), "keys lead again"
 
 
 def test_a_lever_takes_over_from_a_path_where_the_machine_stands(page):
@@ -319,6 +325,132 @@ def test_the_tip_is_pushed_by_dragging(page):
     until(page, lambda: force() == 0)
 
 
+def test_any_body_is_pushed(page):
+    """The wrench at the tip has the power of the force at the body, whatever the motion: velocity of the tip by the FMU, that of the body's point
+    by central differences of what is drawn, over h = 1 ms. Their error is h²/6 of its third derivative: with corners of 20 rad/s at 0.5 m/s
+    7e-5 m/s, and the FMU's velocity differs from that of a rigid machine by rounding."""
+    restart(page, trajectory="path", controller__path_file="six-joints", controller__settle_time=0.1)
+    advance(page, 1.2)
+    joints = lambda: run(page, "return Promise.all([1, 2, 3, 4, 5, 6].map((k) => machine.get(`hdrm.zeta[${k}]`)))")
+    place = """const { scene } = machine, grip = { name: given[0], point: given[1] };
+        scene.pose(scene.drawing.groups, given[2]); scene.grip = grip;
+        return scene.gripPlace().toArray();"""
+    force = np.array([200.0, 300.0, -400.0])
+    for name, point in (("A2", [1.2, 0.1, 0.0]), ("A3", [0.8, 0.0, 0.1]), ("D2", [0.3, 0.0, 0.0]), ("D4", [0.1, 0.05, 0.0])):
+        advance(page, 0.35)
+        before = run(page, place, name, point, joints())
+        advance(page, 1e-3)
+        run(page, place, name, point, joints())
+        until(page, lambda: run(page, "return machine.monitor.now('zeta')") == joints())
+        run(page, "machine.scene.push(given[0])", force.tolist())
+        until(page, lambda: get(page, "hdrm.wrench_env[1]") != 0)
+        run(page, "await machine.advance(0)")  # All of it has come.
+        wrench = np.array([get(page, f"hdrm.wrench_env[{k}]") for k in range(1, 7)])
+        velocity = np.array([get(page, f"hdrm.tip.velocity[{k}]") for k in range(1, 7)])
+        w, x, y, z = (get(page, f"hdrm.tip.orientation[{k}]") for k in range(1, 5))
+        turn = Rotation.from_quat([x, y, z, w])
+        run(page, "machine.scene.push([0, 0, 0])")
+        until(page, lambda: get(page, "hdrm.wrench_env[6]") == 0)
+        run(page, "await machine.advance(0)")
+        advance(page, 1e-3)
+        after = run(page, place, name, point, joints())
+        speed = (np.array(after) - before) / 2e-3
+        assert np.linalg.norm(speed) > 0.01, name
+        power = turn.apply(wrench[:3]) @ velocity[:3] + turn.apply(wrench[3:]) @ velocity[3:]
+        assert power == pytest.approx(force @ speed, abs=1e-4 * np.linalg.norm(force)), name
+
+
+def test_the_boom_is_pushed_by_dragging(page):
+    """Sideways: the slew gives way, and the force ends when it is let go."""
+    restart(page, trajectory="rates", controller__settle_time=0)
+    page.execute_script("document.querySelector('[data-view=top]').click()")
+    until(page, lambda: shown(page, "clock") == "0.00 s")
+    boom = run(
+        page,
+        """const { scene } = machine, { clientWidth, clientHeight } = scene.canvas;
+        const group = scene.bodyPlace("A2");
+        const { x, y } = new THREE.Vector3(1, 0.1, 0).applyQuaternion(group.quaternion).add(group.position).project(scene.drawing.camera);
+        return [Math.round(0.5 * x * clientWidth), Math.round(-0.5 * y * clientHeight)];""",
+    )
+    canvas = page.find_element(By.ID, "machine")
+    ActionChains(page).move_to_element_with_offset(canvas, *boom).click_and_hold().move_by_offset(0, 60).perform()
+    force = lambda: sum(get(page, f"hdrm.wrench_env[{k}]") ** 2 for k in (1, 2, 3)) ** 0.5
+    until(page, lambda: force() > 10)
+    assert run(page, "return machine.scene.grip.name") == "A2"
+    assert run(page, "return machine.scene.arrow.visible")
+    rests = get(page, "hdrm.zeta[1]")
+    advance(page, 0.1)
+    assert abs(get(page, "hdrm.zeta[1]") - rests) > 1e-6
+    ActionChains(page).release().perform()
+    until(page, lambda: force() == 0)
+    page.execute_script("document.querySelector('[data-view=wide]').click()")
+
+
+def test_arrows_show_the_forces_of_the_rods(page):
+    """Lift and tilt carry the machine: each arrow lies along its rod, out of it where the rod pushes, and is as long as the force asks."""
+    restart(page, trajectory="rates", controller__settle_time=0)
+    advance(page, 0.2)
+    until(page, lambda: shown(page, "clock") == "0.20 s")
+    arrows = lambda: run(
+        page,
+        """const { rods, drawing } = machine.scene;
+        return rods.map((rod, k) => {
+          const [x, y, z] = new THREE.Vector3(0, 1, 0).applyQuaternion(rod.quaternion).toArray();
+          const along = new THREE.Vector3(1, 0, 0).applyQuaternion(machine.scene.bodyPlace(["T1", "D2", "D3"][k]).quaternion);
+          return [rod.visible, along.dot(new THREE.Vector3(x, y, z)), rod.scale.y];
+        });""",
+    )
+    forces = [get(page, f"emla_{k}.F") for k in (1, 2, 3)]
+    for force, (visible, along, length) in list(zip(forces, arrows()))[1:]:
+        assert visible and along == pytest.approx(math.copysign(1, force), abs=1e-6)
+        assert length == pytest.approx(0.15 + 0.6 * abs(force) / 70e3, rel=1e-3)
+    run(page, "await machine.set('hdrm.wrench_env[2]', 20000)")  # Lifted at its tip the machine hangs: the lift rod pulls.
+    advance(page, 0.2)
+    until(page, lambda: shown(page, "clock") == "0.40 s")
+    assert get(page, "emla_2.F") < 0 and arrows()[1][1] == pytest.approx(-1, abs=1e-6)
+
+
+def test_the_load_chart_is_that_of_the_command(page, tmp_path):
+    """On each curve the payloads of `machine draw --csv`, linear between its poses, are the curve's. Points are rounded to 1 mm, over which
+    the payload changes by at most 1.5 kg (1000 kg over 0.7 m)."""
+    assert native.call("hdrm-fmu", "machine", "draw", "reference", "--output", tmp_path / "machine.svg", "--csv", tmp_path / "chart.csv").returncode == 0
+    rows = np.genfromtxt(tmp_path / "chart.csv", delimiter=",", skip_header=1, usecols=(0, 1, 5))
+    payload = LinearNDInterpolator(rows[:, :2], rows[:, 2])
+    curves = page.execute_script("return JSON.parse(document.getElementById('scene').textContent).chart")
+    assert len(curves) == 6
+    for curve in curves:
+        found = payload(np.array(curve["pieces"])[:, :2])
+        assert len(found) > 20
+        # The other triangles of the same poses bend the curve where the limit changes.
+        assert np.nanmedian(abs(found - curve["payload"])) < 1.5 and np.nanmax(abs(found - curve["payload"])) < 0.05 * curve["payload"]
+    assert page.execute_script("return machine.scene.curves.some(({ mesh }) => mesh.visible)") is False
+    page.execute_script("document.getElementById('show-chart').click()")
+    until(page, lambda: page.execute_script("return [...document.querySelectorAll('.payload:not([hidden])')].map((text) => text.textContent)")[:1] == ["300 kg"])
+    assert page.execute_script("return machine.scene.curves.every(({ mesh }) => mesh.visible)")
+    page.execute_script("document.getElementById('show-chart').click()")
+
+
+def test_a_long_run_is_kept_in_little_memory(page):
+    """Of 10⁶ s: newest stretches as fine as ever, older ones coarser, every peak kept, times in order. Moments to look back at are as many."""
+    restart(page, trajectory="rates")
+    kept = run(
+        page,
+        """const { monitor } = machine;
+        const trace = [...monitor.scopes.values()][0].traces[0];
+        for (let t = 1; t < 1e6; t += 1) trace.push(t, t === 77 ? 99 : 0);
+        const { indices, high, stretch } = trace;
+        const found = [indices.length, indices.every((at, k) => k === 0 || at > indices[k - 1]), Math.max(...high), indices.at(-1) * stretch];
+        const history = new Float64Array(1 + monitor.names.length);
+        for (let t = 1; t < 1e5; t += 1) { history[0] = t; monitor.frame({ history, values: history.slice(1) }); }
+        const times = monitor.past.map(({ time }) => time);
+        return [...found, times.length, times.every((at, k) => k === 0 || at > times[k - 1]), times.at(-1) - times.at(-2)];""",
+    )
+    restart(page, trajectory="rates")
+    assert kept[0] <= 30_000 and kept[4] <= 12_000
+    assert kept[1] and kept[5], "in order"
+    assert kept[2] == 99 and kept[3] == pytest.approx(1e6, abs=1.1) and kept[6] == 1
+
+
 def test_a_gamepad_leads(page):
     """One with the standard layout: the left stick to the right slews to the right."""
     restart(page, trajectory="rates", controller__settle_time=0)
@@ -405,7 +537,7 @@ CLICKER = """
   document.querySelectorAll("details").forEach((part) => (part.open = true));
   const began = performance.now();
   const counts = {};
-  for (let k = 0; k < 2000; k += 1) {
+  for (let k = 0; k < given[1]; k += 1) {
     const all = [...document.querySelectorAll("button, select, input:not([hidden])")].filter((one) => !one.disabled && !out.includes(one.id) && !one.closest("[hidden]"));
     const one = all[draw(all.length)];
     counts[one.tagName] = (counts[one.tagName] ?? 0) + 1;
@@ -428,11 +560,17 @@ CLICKER = """
 """
 
 
-def test_any_order_of_clicks_ends_in_a_running_page(page):
-    """2000 random ones: nothing is thrown, the panel shows what runs, and the machine still starts and moves."""
+@pytest.fixture(scope="module")
+def clicks():
+    """How many random ones; in Firefox fewer."""
+    return 2000
+
+
+def test_any_order_of_clicks_ends_in_a_running_page(page, clicks):
+    """Random ones: nothing is thrown, the panel shows what runs, and the machine still starts and moves."""
     restart(page, trajectory="rates")
-    counts, took = run(page, CLICKER, 52)
-    assert counts["BUTTON"] > 500 and counts["INPUT"] > 300
+    counts, took = run(page, CLICKER, 52, clicks)
+    assert counts["BUTTON"] > clicks / 4 and counts["INPUT"] > 0.15 * clicks
     assert noise(page) == []
     ticked = page.execute_script("return [...document.querySelectorAll('#ghosts input:checked')].map((box) => box.value)")
     for law in ticked:
@@ -444,7 +582,7 @@ def test_any_order_of_clicks_ends_in_a_running_page(page):
     before = get(page, "hdrm.zeta[2]")
     run(page, "document.getElementById('play').click()")
     until(page, lambda: abs(get(page, "hdrm.zeta[2]") - before) > 1e-3)
-    print(f"2000 clicks took {took / 1000:.1f} s")
+    print(f"{clicks} clicks took {took / 1000:.1f} s")
 
 
 def test_letters_lead_while_a_list_has_the_focus(page):
@@ -557,7 +695,8 @@ def test_the_emergency_stop_and_the_reset(page, world):
     until(page, lambda: "emergency stop" in shown(page, "broken"))
     stands = get(page, "hdrm.zeta[1]")
     advance(page, 0.5)
-    # The lever asks for 0.05 rad in this time. The ideal machine has no brakes, and its controller lets it settle.
+    # The lever asks for 0.05 rad in this time. The ideal machine has no brakes: held by its drives it swings about its rest, 3.3 mrad at most,
+    # with a period of 1.2 s, and loses 1/e in a second.
     assert abs(get(page, "hdrm.zeta[1]") - stands) < (5e-3 if world == "ideal" else 1e-3), "it stands, though the lever is not at rest"
     lever(0)
     page.find_element(By.ID, "reset").click()
@@ -595,6 +734,79 @@ def test_the_tip_meets_the_floor_and_is_warned_of_it(page):
     until(page, lambda: "floor" in shown(page, "broken"))
     advance(page, 1.0)
     assert get(page, "hdrm.contact.force[2]") > 100
+    until(page, lambda: run(page, "return machine.scene.contact.visible"))
+
+
+def test_tasks_follow_one_another_until_a_lever_is_touched(page):
+    reopen(page, PAGE.as_uri())
+    assert page.execute_script("return document.getElementById('trajectory').value") == "path six-joints"
+    Select(page.find_element(By.ID, "speed")).select_by_value("Infinity")
+    until(page, lambda: page.execute_script("return document.getElementById('trajectory').value") == "triangular")
+    Select(page.find_element(By.ID, "speed")).select_by_value("1")
+    body = page.find_element(By.TAG_NAME, "body")
+    ActionChains(page).key_down("w", body).perform()
+    until(page, lambda: page.execute_script("return document.getElementById('trajectory').value") == "rates joint")
+    ActionChains(page).key_up("w", body).perform()
+    run(page, "await machine.pause()")
+    advance(page, 5)
+    run(page, "machine.play()")
+    now = page.execute_script("return machine.time")
+    until(page, lambda: page.execute_script("return machine.time") > now + 0.3)
+    assert page.execute_script("return document.getElementById('trajectory').value") == "rates joint", "no task follows"
+
+
+def test_arcs_show_the_ranges_of_the_joints(page):
+    """From end to end, about the joint: angles of the arc's corners seen from its middle."""
+    spans = page.execute_script(
+        """const { arcs, data } = machine.scene;
+        return arcs.map(([arc], k) => {
+          const at = arc.geometry.attributes.position.array;
+          const angles = Array.from({ length: at.length / 3 }, (_, i) => Math.atan2(at[3 * i + 1], at[3 * i]));
+          const [least, most] = data.joints[k + 1];
+          const jumps = angles.sort((a, b) => a - b).map((angle, i) => (angles[(i + 1) % angles.length] - angle + 2 * Math.PI) % (2 * Math.PI));
+          return [2 * Math.PI - Math.max(...jumps), most - least];
+        });"""
+    )
+    for span, span_of_joint in spans:
+        assert span == pytest.approx(span_of_joint, abs=0.2), "a band's width at its ends"
+
+
+def test_a_gain_goes_back_to_its_usual_value_and_says_what_it_does(page):
+    restart(page, trajectory="rates", controller__settle_time=0)
+    usual = get(page, "controller.Lambda_position")
+    slide(page, "Stiffness of position", 10)
+    until(page, lambda: get(page, "controller.Lambda_position") == 10)
+    row = "const row = [...document.querySelectorAll('#panel .row')].find((row) => row.firstChild.textContent === 'Stiffness of position');"
+    assert len(page.execute_script(row + "return row.firstChild.title")) > 20
+    page.execute_script(row + "row.querySelector('button').click()")
+    until(page, lambda: get(page, "controller.Lambda_position") == usual)
+
+
+@pytest.mark.parametrize("width", [1400, 390])
+def test_a_message_covers_no_button(page, width):
+    try:
+        page.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", {"width": width, "height": 844, "deviceScaleFactor": 1, "mobile": width < 600})
+        until(page, lambda: page.execute_script("return window.innerWidth") == width)
+        page.execute_script("document.getElementById('message').textContent = 'Word '.repeat(80); document.getElementById('message').classList.add('shown')")
+        covered = """const box = document.getElementById("message").getBoundingClientRect();
+        return [...document.querySelectorAll("#stage button, #stage select")].filter((one) => one.checkVisibility()).filter((one) => {
+          const { left, right, top, bottom } = one.getBoundingClientRect();
+          return right > box.left && left < box.right && bottom > box.top && top < box.bottom;
+        }).map((one) => one.textContent || one.title);"""
+        assert page.execute_script(covered) == []
+    finally:
+        page.execute_script("document.getElementById('message').classList.remove('shown'); document.getElementById('message').textContent = ''")
+        page.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+def test_the_wheel_shows_more_of_the_run(page):
+    """Of all scopes at once; a double click shows the usual part."""
+    lengths = "return [...machine.monitor.scopes.values()].map(({ scope }) => scope.length)"
+    wheel = "const canvas = document.querySelector('.scope canvas'); for (let k = 0; k < 3; k += 1) canvas.dispatchEvent(new WheelEvent('wheel', { deltaY: 100, cancelable: true }))"
+    page.execute_script(wheel)
+    assert page.execute_script(lengths) == pytest.approx([12 * 1.15**3] * 3)
+    page.execute_script("document.querySelector('.scope canvas').dispatchEvent(new MouseEvent('dblclick', { cancelable: true }))")
+    assert page.execute_script(lengths) == [12] * 3
 
 
 def test_a_joints_slider_leads_it_there_and_ends_at_its_limits(page):

@@ -8,7 +8,7 @@ import pytest
 from selenium.webdriver.common.by import By
 from selenium.webdriver.support.ui import Select
 
-from browser import chromium, downloaded, drop, noise, run, shown, until
+from browser import chromium, downloaded, drop, firefox, noise, run, shown, until
 from conftest import FMU_DIR
 from fmpy_master import ROOT
 from native import cargo_fmu
@@ -209,6 +209,31 @@ def test_rows_are_searched(page):
     page.execute_script("const find = document.getElementById('search'); find.value = ''; find.dispatchEvent(new Event('input'))")
 
 
+def test_a_machines_rows_are_in_groups(chrome, tmp_path):
+    """Hundreds of variables of the machine that the live page runs: a group for each component, an array as one row, and at first few plots."""
+    system, machine = FMU_DIR.parent / "web/machine.ssp", tmp_path / "machine.html"
+    engine = next(file for profile in ("fmu-fast", "fmu-release") if (file := FMU_DIR.parent / f"wasm32-unknown-unknown/{profile}/cosim_page.wasm").is_file())
+    assert cargo_fmu("web", system, "--out", machine, "--engine", engine).returncode == 0
+    address = chrome.current_url
+    chrome.get(machine.as_uri())
+    run(chrome, "await machine.ready")
+    counts = chrome.execute_script(
+        """return ["inputs", "parameters", "plotted"].map((id) => {
+          const part = document.getElementById(id);
+          return [[...part.querySelectorAll(".group > summary")].map(({ textContent }) => textContent.split(" ")[0]), part.querySelectorAll(".row, label > input[type=checkbox]").length];
+        });"""
+    )
+    for groups, _ in counts[1:]:
+        assert {"controller", "emla_1", "emla_2", "emla_3", "hdrm"} <= set(groups), groups
+    assert "hdrm" in counts[0][0]
+    folds = chrome.execute_script("return [...document.querySelectorAll('#parameters [data-array]')].map(({ dataset, open }) => [dataset.array, open])")
+    assert [fold for fold in folds if fold[0].endswith("hdrm.zeta_start")] == [["hdrm.zeta_start", False]], "an array is one row"
+    assert 0 < chrome.execute_script("return document.querySelectorAll('.scope').length") <= 6
+    assert noise(chrome) == []
+    chrome.get(address)
+    run(chrome, "await machine.ready")
+
+
 def test_the_address_holds_signals_and_the_stop_time(page, battery):
     """What an input does over time is in it; a step that it asks for comes in the run that it opens."""
     page.get("about:blank")
@@ -219,6 +244,15 @@ def test_the_address_holds_signals_and_the_stop_time(page, battery):
     page.get("about:blank")
     page.get(battery[1].as_uri())
     run(page, "await machine.ready")
+
+
+def test_it_runs_in_firefox(battery):
+    driver = firefox()
+    driver.get(battery[1].as_uri())
+    run(driver, "await machine.ready")
+    test_a_run_follows_the_closed_form(driver)
+    assert noise(driver) == []
+    driver.quit()
 
 
 def get_soc(page):

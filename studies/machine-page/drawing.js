@@ -8,8 +8,8 @@ const METAL = {
   RK: "#e04848", CP: "#2f95dc", A4: "#8494a5", C4: "#b3c0cc", D4: "#8494a5", PL: "#a9814f",
 };
 const TIP_COLOR = "#d4145a";
-const DAY = { sky: "#dfe7ef", ground: "#cfd8e1", axes: "#aab6c2", grid: "#bcc7d2" };
-const NIGHT = { sky: "#141c26", ground: "#1d2732", axes: "#51606f", grid: "#3a4856" };
+const DAY = { sky: "#dce6f0", ground: "#aeb8c0", slab: "#a3adb6" };
+const NIGHT = { sky: "#141c26", ground: "#222d38", slab: "#293642" };
 /* three.js's `BasicShadowMap`: without soft edges. */
 const BASIC_SHADOWS = 0;
 /* Where the eye is and what it looks at; `at` is the tip. */
@@ -76,18 +76,20 @@ class MachineDrawing {
   }
 
   /* Colours of sky and ground; may be called again. */
-  surroundings({ sky, ground, axes, grid }) {
+  surroundings({ sky, ground, slab }) {
     this.scene.background = new THREE.Color(sky);
     this.scene.fog = new THREE.Fog(sky, 14, 32);
     if (this.ground) this.scene.remove(this.ground);
     this.ground = new THREE.Group();
-    const floor = new THREE.Mesh(new THREE.PlaneGeometry(80, 80), this.surface({ color: ground }));
-    floor.rotation.x = -Math.PI / 2;
-    floor.receiveShadow = true;
-    const size = this.plain ? 16 : 40;
-    const lines = new THREE.GridHelper(size, size, axes, grid);
-    lines.position.y = 0.002;
-    this.ground.add(floor, lines);
+    // Slabs of 1 m in two colours: thin lines would break where pictures have few points.
+    const slabs = Array.from({ length: 24 * 24 }, (_, k) => [k % 24 - 12, Math.floor(k / 24) - 12]).filter(([x, z]) => (x + z) % 2 === 0);
+    const squares = slabs.map(([x, z]) => new THREE.PlaneGeometry(1, 1).translate(x + 0.5, z + 0.5, 0.002));
+    for (const [geometry, color] of [[new THREE.PlaneGeometry(80, 80), ground], [MachineDrawing.merged(squares), slab]]) {
+      const floor = new THREE.Mesh(geometry, this.surface({ color }));
+      floor.rotation.x = -Math.PI / 2;
+      floor.receiveShadow = true;
+      this.ground.add(floor);
+    }
     this.scene.add(this.ground);
   }
 

@@ -75,3 +75,39 @@ export function poses(tree, zeta) {
   }
   return { world, strokes: [tree.x1_mid + tree.r_B * slew, rod.length - lift.x0, bar.actuator.length - tilt.x0] };
 }
+
+/* Where a point of a body is, m. */
+export const placeOf = ({ r, q }, point) => rotated(point, q).map((v, k) => v + r[k]);
+
+/* The vector x of A x = b, by elimination with the largest pivots. */
+function solved(A, b) {
+  const rows = A.map((row, k) => [...row, b[k]]);
+  const n = rows.length;
+  for (let k = 0; k < n; k += 1) {
+    const best = rows.slice(k).reduce((most, row, i) => (Math.abs(row[k]) > Math.abs(rows[most][k]) ? k + i : most), k);
+    [rows[k], rows[best]] = [rows[best], rows[k]];
+    for (let i = 0; i < n; i += 1) {
+      if (i === k) continue;
+      const factor = rows[i][k] / rows[k][k];
+      for (let j = k; j <= n; j += 1) rows[i][j] -= factor * rows[k][j];
+    }
+  }
+  return rows.map((row, k) => row[n] / row[k]);
+}
+
+/* The wrench at the tip, in its axes, that acts on the joints as this force, N, at a point of a body does: both have the same power whatever
+ * the machine's motion, J_tip' w = J_point' f. Columns of the Jacobians are central differences. */
+export function wrenchAtTip(tree, zeta, name, point, force) {
+  const step = 1e-5;
+  const columns = zeta.map((_, k) => {
+    const [a, b] = [step, -step].map((h) => poses(tree, zeta.map((angle, i) => (i === k ? angle + h : angle))).world);
+    const rate = (from, to) => minus(to, from).map((v) => v / (2 * step));
+    const turn = product(a.T4.q, [-b.T4.q[0], -b.T4.q[1], -b.T4.q[2], b.T4.q[3]]);
+    const spin = turn.slice(0, 3).map((v) => (Math.sign(turn[3]) * v) / step);
+    return { tip: [...rate(b.T4.r, a.T4.r), ...spin], point: rate(placeOf(b[name], point), placeOf(a[name], point)) };
+  });
+  const torques = columns.map((column) => column.point.reduce((sum, v, k) => sum + v * force[k], 0));
+  const wrench = solved(columns.map(({ tip }) => tip), torques);
+  const [x, y, z, w] = poses(tree, zeta).world.T4.q;
+  return [wrench.slice(0, 3), wrench.slice(3)].flatMap((part) => rotated(part, [-x, -y, -z, w]));
+}

@@ -2,7 +2,7 @@
 import { Ensemble, WORLDS, forEngine } from "./ensemble.js";
 import { LAWS, Panel } from "./controls.js";
 import { LEVERS, Levers, LEVER_KEYS } from "./drive.js";
-import { rotated } from "./kinematics.js";
+import { wrenchAtTip } from "./kinematics.js";
 import { LiveScene } from "./live_scene.js";
 import { Recorder } from "./records.js";
 import { Page, element, html, scripted, tickBox } from "./page.js";
@@ -95,7 +95,7 @@ class LivePage extends Page {
   }
 
   picture() {
-    this.scene = new LiveScene(element("stage"), this.data, (force) => this.push(force), (point) => this.addWaypoint(point));
+    this.scene = new LiveScene(element("stage"), this.data, (...push) => this.push(...push), (point) => this.addWaypoint(point));
   }
 
   /* Shows the page, once. Before there is something that moves it would only keep the processor that starts the machine busy: without a
@@ -293,22 +293,22 @@ class LivePage extends Page {
     this.tour = null;
     return this.inTurn(async () => {
       if (!this.canStop) throw new Error(STOP_NEEDS);
-      this.emergency = true;
-      await this.put(STOP, this.stopping(true));
+      await this.press(true);
     });
   }
 
-  /* The button's value, pressed or let go, as the world takes it. */
-  stopping(pressed) {
-    return (this.settings.world ?? "ideal") === "ideal" ? pressed : `override:${pressed || ""}`;
+  /* Presses the button or lets it go; a drive that is connected to the input is overridden. */
+  async press(pressed) {
+    const driver = await this.engine.driver(STOP);
+    await this.put(STOP, driver === null ? pressed : `override:${pressed || ""}`);
+    this.emergency = pressed;
   }
 
   /* After a stop the machine is ready again where it stands. */
   reset() {
     this.tour = null;
     return this.inTurn(async () => {
-      if (this.emergency) await this.put(STOP, this.stopping(false));
-      this.emergency = false;
+      if (this.emergency) await this.press(false);
       await this.put("controller.reset", true);
       this.resets = this.ensemble.time + RESET_TAKES;
       this.say(this.settings.trajectory === "rates" ? "Reset: the levers lead again." : "Reset: it rests here. A lever or a path sets it in motion again.");
@@ -349,7 +349,7 @@ class LivePage extends Page {
     const { ghosts } = look ?? this.monitor;
     const tilt = now("tilt");
     this.scene.show({
-      zeta: now("zeta"), tip: now("tip"), strokes: now("stroke"), desired: now("desired"), contact: now("contact").length ? now("contact") : [0, 0, 0],
+      zeta: now("zeta"), tip: now("tip"), strokes: now("stroke"), forces: now("force"), desired: now("desired"), contact: now("contact").length ? now("contact") : [0, 0, 0],
       loadMass: now("load")[0] ?? 0, tilt: tilt.length ? tilt : [0, 0], ghosts });
   }
 
@@ -386,7 +386,7 @@ class LivePage extends Page {
     });
     const beside = this.laws.map((law, k) => `<tr style="color:${this.monitor.ghostColor(k)}"><td>${law}</td><td colspan="3">${readable(1000 * ghostErrors[k])} mm</td></tr>`);
     element("readout").innerHTML = `<table>${lines.join("")}<tr><td><b>tip error</b></td><td colspan="3"><b>${readable(1000 * error)} mm</b></td></tr>${beside.join("")}</table>`;
-    this.scene.label(ACTUATORS.map((name, k) => `${name} ${fixed(forces[k] / 1000, 1)} kN, ${fixed(currents[k], 0)} A`));
+    this.scene.label(ACTUATORS.map((name, k) => `${name} ${forces[k] < 0 ? "pulls" : "pushes"} ${fixed(Math.abs(forces[k]) / 1000, 1)} kN, ${fixed(currents[k], 0)} A`));
     this.limits(present);
     this.followSliders();
     this.showBar();
@@ -563,13 +563,18 @@ class LivePage extends Page {
     element("waypoint-count").textContent = last ? `${this.waypoints.length}, the last at ${last.join(", ")} m (forward, up, right).` : "No waypoints yet.";
   }
 
-  /* A force at the tip, N, in world axes; it stays until the next one. */
-  push(force) {
+  /* A force at a point of a body, or at the tip, N, in world axes; it stays until the next one. The machine has an input at the tip alone: it
+   * is given the wrench that acts on the joints in the same way. */
+  push(force, { name, point } = { name: "T4", point: [0, 0, 0] }) {
     this.pushed = null;
-    if (force.some((f) => f !== 0)) this.done("push");
-    const [w, x, y, z] = this.monitor.now("orientation");
-    const inTip = rotated(force, [-x, -y, -z, w]);
-    return this.attempt(() => Promise.all(inTip.map((f, k) => this.set(`hdrm.wrench_env[${k + 1}]`, f))));
+    const isPushed = force.some((f) => f !== 0);
+    if (isPushed) this.done("push");
+    const wrench = isPushed ? wrenchAtTip(this.data.tree, this.monitor.now("zeta"), name, point, force) : new Array(6).fill(0);
+    Object.assign(this.scene, { arrowForce: force, grip: { name, point }, dirty: true });
+    return this.attempt(() => {
+      if (!wrench.every(Number.isFinite)) throw new Error("With the wrist stretched like this only the tip can be pushed.");
+      return Promise.all(wrench.map((f, k) => this.set(`hdrm.wrench_env[${k + 1}]`, f)));
+    });
   }
 
   pushShortly() {
@@ -668,7 +673,7 @@ class LivePage extends Page {
     this.on("picture", async () => download("machine.png", await this.scene.picture(), "image/png"));
     this.on("explain-adaptation", () => this.explain("adaptation"));
     this.on("explain-play", () => this.explain("play"));
-    this.on("about-link", () => { element("what").open = true; element("what").scrollIntoView({ block: "nearest" }); });
+    for (const id of ["about-link", "about-short"]) this.on(id, () => { element("what").open = true; element("what").scrollIntoView({ block: "start" }); });
     this.on("broken-close", () => this.closeBar());
     this.on("speed", () => this.playing && this.play(), "change");
     this.on("trajectory", () => this.lead(element("trajectory").value), "change");
@@ -677,6 +682,7 @@ class LivePage extends Page {
     this.on("hang", () => this.hang());
     this.on("save", () => this.keepMoment());
     this.on("show-labels", () => (this.scene.dirty = true), "change");
+    this.on("show-chart", () => this.scene.showChart(element("show-chart").checked), "change");
     this.on("error-gain", () => { this.scene.gain = Number(element("error-gain").value); this.scene.clear(); }, "change");
     this.on("waypoint-click", () => this.aim(!this.scene.aiming));
     this.on("waypoint-here", () => this.addWaypoint(this.monitor.now("tip")));
@@ -813,7 +819,8 @@ class LivePage extends Page {
 
   /* What to try first; each is crossed off when it was done. */
   firstMinute() {
-    const steps = { levers: ["Take the levers: hold W, or drag one below", () => this.lead("rates joint")], push: ["Push it: drag the red ball, or press P", () => this.pushShortly()],
+    const withKeys = matchMedia("(hover: hover)").matches;
+    const steps = { levers: [withKeys ? "Take the levers: hold W, or drag one below" : "Take the levers: drag one below", () => this.lead("rates joint")], push: [withKeys ? "Push it: drag any part of it, or press P" : "Push it: drag any part of it", () => this.pushShortly()],
       hang: ["Have it pick up 150 kg", () => this.hang()], ghost: ["Compare with another controller", () => this.beside(["modular"])], world: ["Add play, friction, sensor errors", () => this.world("real")] };
     const list = element("first-minute");
     list.querySelector("button").addEventListener("click", () => (list.hidden = true));
@@ -849,4 +856,4 @@ opened.catch(async (error) => {
   element("broken").append(usual);
 });
 scripted(live, opened);
-Object.defineProperty(window.machine, "scene", { get: () => live.scene });
+Object.defineProperties(window.machine, { scene: { get: () => live.scene }, monitor: { get: () => live.monitor }, engine: { get: () => live.engine } });

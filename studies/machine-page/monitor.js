@@ -6,6 +6,8 @@ import { ACTUATORS, GHOST_SIGNALS, SCOPES, SIGNALS, watched } from "./signals.js
 const SCOPE_SECONDS = 12;
 /* How often values of all signals are kept to look back at, s of the run. */
 const PAST_EVERY = 0.1;
+/* So many moments at most: beyond it every other one of the older half goes. */
+const MOST_PAST = 12_000;
 /* Colours of the page that ghosts have come after those of the machine. */
 const FIRST_GHOST_COLOR = 2;
 /* Where a run is lost: the tip this far off, m; a rod with this many times its rated force. */
@@ -80,6 +82,7 @@ export class Monitor {
     for (let at = 0; at + stride <= history.length; at += stride) {
       if (history[at] > (this.past.at(-1)?.time ?? -Infinity) + PAST_EVERY - 5e-4) {
         this.past.push({ time: history[at], values: Float32Array.from(history.subarray(at + 1, at + stride)), ghosts: [...this.ghosts], ghostErrors: [...this.ghostErrors] });
+        if (this.past.length > MOST_PAST) this.past = this.past.filter((_, k) => k % 2 === 0 || k > MOST_PAST / 2);
       }
       const [t, row] = [history[at], (signal) => this.places[signal].map((k) => history[at + 1 + k])];
       for (const { description, traces, planned } of this.scopes.values()) {

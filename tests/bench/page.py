@@ -1,6 +1,6 @@
 """How fast the page is in Chromium, in lines of JSON.
 
-    MACHINE_PAGE=target/web/machine.html FMU_DIR=target/fmu python tests/bench/page.py [--rounds 5] [--only engine|frames|steps]
+    MACHINE_PAGE=target/web/machine.html FMU_DIR=target/fmu python tests/bench/page.py [--rounds 5] [--only engine|frames|calls|hour|report|steps]
 
 `engine`: the engine compared with `cosim`, on one core, in turn: coupled system, and the real world with one ghost. Simulated time by the clock, and
 by processor time of all processes, which other programs disturb less; median and best of the rounds. All engines together make as many times
@@ -10,6 +10,13 @@ real time; the ratio is that of the medians by processor time.
 clock, and what a frame takes of a processor, ms: in the page's process without the worker, in the process that draws, in the others; and what
 a second takes in the worker. Once with the window put together by the software renderer too, as in the tests, and once by the browser's own
 program, as Chromium does without a graphics processor.
+
+`calls`: what a call of `advance` costs besides the steps: 200 calls of 0.05 s, less one of 10 s.
+
+`hour`: the live machine over 3600 s, led by levers to and fro: memory of its script (after a collection), of engine and FMUs, and what it keeps
+to look back at, after 60, 600 and 3600 s.
+
+`report`: until the report that REPORT_PAGE names is loaded, and until its first plot is drawn.
 
 `steps`: 10^6 steps of the coupled system in the page, and the memory of engine and FMUs after 10^4 steps and at the end.
 """
@@ -165,6 +172,60 @@ def frames(rounds):
         yield {"window by": who} | first | row
 
 
+def calls(rounds):
+    """A call by itself."""
+    chrome = live()
+    script = """const timed = async (count, seconds) => {
+          const begin = performance.now();
+          for (let k = 0; k < count; k += 1) await machine.advance(seconds);
+          return performance.now() - begin;
+        };
+        await machine.restart({ trajectory: "cubic" });
+        return [await timed(1, 10), await timed(200, 0.05)];"""
+    for _ in range(rounds):
+        one, many = run(chrome, script)
+        yield {"× real time at once": round(1e4 / one, 1), "in calls of 0.05 s": round(1e4 / many, 1), "a call, ms": round((many - one) / 200, 2)}
+    chrome.quit()
+
+
+def live():
+    """The live machine, at rest."""
+    chrome = chromium("enable-precise-memory-info", "js-flags=--expose-gc")
+    chrome.get(PAGE.as_uri())
+    run(chrome, "await machine.ready; await machine.pause()")
+    return chrome
+
+
+def hour(_):
+    """Memory of a long session."""
+    chrome = live()
+    run(chrome, "await machine.restart({ trajectory: 'rates' })")
+    for second in range(0, 3600, 5):
+        rate = 0.1 if second % 10 else -0.1
+        run(chrome, "await machine.set('controller.rate.joint[1]', given[0]); await machine.advance(5)", rate)
+        if second + 5 in (60, 600, 3600):
+            script = """gc();
+            const { monitor, engine } = machine;
+            const traces = [...monitor.scopes.values()].flatMap(({ traces }) => traces);
+            return [performance.memory.usedJSHeapSize, await engine.memory(), Math.max(...traces.map(({ indices }) => indices.length)), monitor.past.length];"""
+            heap, memory, stretches, past = run(chrome, script)
+            yield {"simulated, s": second + 5, "script, MB": round(heap / 1e6, 1), "engine and FMUs, bytes": memory, "stretches of a trace": stretches, "moments": past}
+    chrome.quit()
+
+
+def report(rounds):
+    """The report as a reader opens it."""
+    page = Path(os.environ["REPORT_PAGE"]).resolve()
+    for _ in range(rounds):
+        chrome = chromium()
+        begin = time.monotonic()
+        chrome.get(page.as_uri())
+        loaded = chrome.execute_script("return performance.getEntriesByType('navigation')[0].loadEventEnd / 1000")
+        run(chrome, "while (!document.querySelector('.js-plotly-plot')) await new Promise((turn) => setTimeout(turn, 20))")
+        yield {"MB": round(page.stat().st_size / 1e6, 2), "loaded after, s": round(loaded, 2), "first plot after, s": round(time.monotonic() - begin, 2)}
+        chrome.quit()
+
+
 def steps(_):
     """A long run."""
     with tempfile.TemporaryDirectory() as name:
@@ -183,10 +244,10 @@ def steps(_):
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--rounds", type=int, default=5)
-    measures = {measure.__name__: measure for measure in (frames, engine, steps)}
+    measures = {measure.__name__: measure for measure in (frames, engine, calls, hour, report, steps)}
     parser.add_argument("--only", choices=measures, action="append")
     options = parser.parse_args()
-    for name in options.only or measures:
+    for name in options.only or [name for name in measures if name != "report" or "REPORT_PAGE" in os.environ]:
         for row in measures[name](options.rounds):
             print(json.dumps({name: row}), flush=True)
 

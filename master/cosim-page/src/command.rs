@@ -27,6 +27,10 @@ pub fn answer(engine: &mut Engine, text: &str) -> Result<Value> {
             Ok(Value::Null)
         }
         "get" => engine.run()?.get(&variable),
+        "driver" => {
+            let run = engine.run()?;
+            Ok(run.driver(run.system.port(&variable)?)?.into())
+        }
         "set" => {
             let value = command.get("value").map(setting_text);
             let value = value.context("`value` is missing")?;

@@ -161,7 +161,7 @@ impl Run {
     }
 
     /// Name of the output that drives an input during the run.
-    fn driver(&self, port: Port) -> Result<Option<String>> {
+    pub fn driver(&self, port: Port) -> Result<Option<String>> {
         let wiring = self.system.wiring()?;
         let link = wiring.driver(port).map(|k| &wiring.links[k]);
         let link = link.filter(|link| !link.is_initial);

@@ -73,13 +73,13 @@ export class Engine {
 
   /* What else it does, and what each takes: `advance` so many seconds, as fast as it goes; `play` in step with the wall clock, so many times as
    * fast; `get` the present value of a variable (a number, true or false, a text) and `set` an input that nothing drives, or a tunable
-   * parameter (others are refused with the reason; "override:VALUE" replaces what a connection gives an input, "override:" ends that); `watch` says which values the frames carry from now on; `save` the state of the whole,
+   * parameter (others are refused with the reason; "override:VALUE" replaces what a connection gives an input, "override:" ends that); `driver` names the output that a connection gives an input its value from, or null; `watch` says which values the frames carry from now on; `save` the state of the whole,
    * which gives its number. `variables` gives name, description, causality, variability, type, unit, displayUnit, start, min, max, items of
    * all; `verdict` {bad, text, findings: [{text, bad}]} of the run so far; `memory` that of engine and all instances of FMUs, bytes; `plan` makes
    * changes, each {time, name, value}, when the run that has started gets there. */
   static {
     const commands = {
-      advance: ["seconds"], play: ["speed"], pause: [], get: ["name"], set: ["name", "value"], watch: ["names"],
+      advance: ["seconds"], play: ["speed"], pause: [], get: ["name"], driver: ["name"], set: ["name", "value"], watch: ["names"],
       save: [], restore: ["id"], forget: ["id"], variables: [], verdict: [], memory: [],
       plan: ["changes"] };
     for (const [command, names] of Object.entries(commands)) {

@@ -7,6 +7,8 @@ import { html } from "./page.js";
 
 /* Stretches of time across a scope. */
 const STRETCHES = 500;
+/* Stretches that a trace keeps at most: beyond it the older half becomes half as fine, so that a run of hours needs no more memory. */
+const MOST_STRETCHES = 30_000;
 
 class Trace {
   constructor({ label, color, dashed = false }, stretch) {
@@ -25,7 +27,19 @@ class Trace {
       this.indices.push(index);
       this.low.push(y);
       this.high.push(y);
+      if (k + 2 > MOST_STRETCHES) this.thin();
     }
+  }
+
+  /* Two stretches of the older half become one. */
+  thin() {
+    const half = MOST_STRETCHES / 4;
+    const [low, high] = [this.low, this.high];
+    for (let k = 0; k < half; k += 1) {
+      this.indices[k] = this.indices[2 * k];
+      [low[k], high[k]] = [Math.min(low[2 * k], low[2 * k + 1]), Math.max(high[2 * k], high[2 * k + 1])];
+    }
+    for (const list of [this.indices, low, high]) list.splice(half, half);
   }
 
   /* Forgets what is after the time. */
@@ -260,8 +274,9 @@ export class Scope {
       context.fillText(`${t.toFixed(2)} s`, Math.min(Math.max(x(t), box.left + 18), box.right - 18), box.top + 8);
     }
     const now = performance.now();
-    if (!pointed && this.scrolls && now - this.shown < 150) return;
-    this.shown = now;
+    // The values of another time go at once.
+    if (!pointed && !this.pointed && this.scrolls && now - this.shown < 150) return;
+    Object.assign(this, { shown: now, pointed });
     for (const trace of this.traces) {
       trace.text.style.setProperty("--color", this.palette[trace.color % this.palette.length]);
       trace.text.textContent = `${trace.label} ${readable(pointed ? trace.at(t) : trace.last)}`;

@@ -37,8 +37,9 @@ pub fn machine(args: &DrawArgs) -> Result<()> {
 pub fn scene(args: &SceneArgs) -> Result<()> {
     let machine = read(&args.machine)?;
     let scene = Scene::new(&machine)?;
+    let live = scene.to_live(&machine)?;
     write(Some(&args.out), |file| {
-        Ok(serde_json::to_writer(file, &scene.to_live(&machine))?)
+        Ok(serde_json::to_writer(file, &live)?)
     })?;
     print(format_args!("{} written\n", args.out.display()))
 }

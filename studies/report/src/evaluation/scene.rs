@@ -12,6 +12,10 @@ use machine_file::{Geometry, Machine};
 use nalgebra::Vector3;
 use serde::Serialize;
 
+use crate::machines::load_chart::LoadChart;
+
+/// Payloads of the load chart's curves, kg.
+const PAYLOADS: [f64; 6] = [300.0, 400.0, 500.0, 700.0, 900.0, 1200.0];
 /// Largest distance between the drawn tip and the FMU's if both have the same machine file, m.
 const TIP_TOLERANCE: f64 = 1e-6;
 
@@ -32,6 +36,17 @@ pub struct LiveScene<'a> {
     joints: [[f64; 2]; 6],
     /// Least and largest stroke of each rod, m.
     strokes: [[f64; 2]; 3],
+    /// The load chart: a curve for each of [`PAYLOADS`].
+    chart: Vec<LoadCurve>,
+}
+
+/// Where a payload is the greatest that the machine holds.
+#[derive(Serialize)]
+struct LoadCurve {
+    /// kg.
+    payload: f64,
+    /// [reach, height, reach, height], m, to the millimetre.
+    pieces: Vec<[f64; 4]>,
 }
 
 #[derive(Serialize)]
@@ -75,14 +90,23 @@ impl Scene {
     }
 
     /// The scene for the live page; `machine` is the one that was given to [`Scene::new`].
-    pub fn to_live(&self, machine: &Machine) -> LiveScene<'_> {
-        LiveScene {
+    pub fn to_live(&self, machine: &Machine) -> Result<LiveScene<'_>> {
+        let chart = LoadChart::new(machine, 1.0)?;
+        let millimetres = |x: f64| (1000.0 * x).round() / 1000.0;
+        let curve = |payload| LoadCurve {
+            payload,
+            pieces: (chart.curve(payload).into_iter())
+                .map(|piece| piece.map(millimetres))
+                .collect(),
+        };
+        Ok(LiveScene {
             bodies: &self.bodies,
             tree: &self.tree,
             rated: machine.ratings.in_order().map(|ratings| ratings.force_max),
             joints: machine.limits.zeta(),
             strokes: machine.limits.strokes(),
-        }
+            chart: PAYLOADS.map(curve).into(),
+        })
     }
 
     /// Largest distance of the tip at the FMU's joint angles, which the page draws, from the FMU's

@@ -91,6 +91,22 @@ impl LoadChart {
         self.rows.iter().flatten().flatten()
     }
 
+    /// The curve on which the greatest payload is this one, kg: pieces [reach, height, reach,
+    /// height], m, linear between the poses.
+    pub fn curve(&self, payload: f64) -> Vec<[f64; 4]> {
+        let mut pieces = Vec::new();
+        for rows in self.rows.windows(2) {
+            for (a, b) in rows[0].windows(2).zip(rows[1].windows(2)) {
+                for corners in [[a[0], a[1], b[0]], [a[1], b[0], b[1]]] {
+                    if let [Some(p), Some(q), Some(r)] = corners {
+                        pieces.extend(piece([&p, &q, &r], payload));
+                    }
+                }
+            }
+        }
+        pieces
+    }
+
     pub fn write_csv(&self, file: &mut impl Write) -> io::Result<()> {
         writeln!(
             file,
@@ -112,6 +128,22 @@ impl LoadChart {
         }
         Ok(())
     }
+}
+
+/// The line through a triangle of poses on which the greatest payload is this one.
+fn piece(corners: [&LoadPoint; 3], payload: f64) -> Option<[f64; 4]> {
+    let above = |p: &LoadPoint| p.payload.unwrap_or(-1.0) - payload;
+    let mut ends = [(0, 1), (1, 2), (2, 0)].into_iter().filter_map(|(i, k)| {
+        let (p, q) = (corners[i], corners[k]);
+        let share = above(p) / (above(p) - above(q));
+        let crosses = (above(p) < 0.0) != (above(q) < 0.0);
+        crosses.then(|| {
+            let between = |a: f64, b: f64| a + share * (b - a);
+            [between(p.reach, q.reach), between(p.height, q.height)]
+        })
+    });
+    let [[x, y], [u, v]] = [ends.next()?, ends.next()?];
+    Some([x, y, u, v])
 }
 
 /// The `k`-th of [`POSES`] angles over a range.
