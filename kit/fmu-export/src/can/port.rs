@@ -133,11 +133,12 @@ impl<const N: usize> CanOutput<N> {
     }
 
     /// Answers a corrupt operation with a Format Error that holds as much of it as there is room
-    /// for. There is no answer without room for its header, so that nobody can fill the queue with
-    /// them; nor to a corrupt Format Error, else two FMUs could go on forever.
+    /// for. The last half of the queue is kept for what the node itself sends, which the corrupt
+    /// operations of others shall not hinder: what would need it is not answered. Nor is a corrupt
+    /// Format Error, else two FMUs could go on forever.
     pub fn reject(&mut self, corrupt: &Corrupt<'_>) {
-        let empty = Operation::FormatError(&[]);
-        if let Some(room) = self.room().checked_sub(empty.len())
+        let taken = N / 2 + Operation::FormatError(&[]).len();
+        if let Some(room) = self.room().checked_sub(taken)
             && !corrupt.data.starts_with(&1_u32.to_le_bytes())
         {
             let data = &corrupt.data[..room.min(corrupt.data.len()).min(u16::MAX.into())];

@@ -54,8 +54,8 @@ fn a_queue_gives_operations_in_their_order() {
     assert_eq!((queue.first(), queue.room()), (None, 8192));
 }
 
-/// The answer to corrupt bytes holds them; as much of them as there is room for; and none answers
-/// an answer.
+/// The answer to corrupt bytes holds them, as much of them as there is room for in the first half of
+/// the queue, and none answers an answer.
 #[test]
 fn corrupt_operations_are_answered_once() {
     let corrupt = |data| Corrupt {
@@ -63,29 +63,52 @@ fn corrupt_operations_are_answered_once() {
         reason: Reason::Code(0x43),
     };
     let unknown = [0x43, 0, 0, 0, 12, 0, 0, 0, 1, 2, 3, 4];
-    let mut output = CanOutput::<30>::default();
+    let mut output = CanOutput::<60>::default();
     output.reject(&corrupt(&unknown));
-    assert_eq!(output.room(), 30 - 10 - 12);
+    assert_eq!(output.room(), 60 - 10 - 12);
     output.reject(&corrupt(&unknown));
-    assert_eq!(output.room(), 8, "no room for an empty one");
-    let mut output = CanOutput::<10>::default();
+    assert_eq!(
+        output.room(),
+        60 - 10 - 12,
+        "8 bytes of the first half are no room for an empty one"
+    );
+    let mut output = CanOutput::<20>::default();
     output.reject(&corrupt(&unknown));
     assert!(output.tick());
     assert_eq!(output.sent(), [1, 0, 0, 0, 10, 0, 0, 0, 0, 0]);
-    let mut output = CanOutput::<20>::default();
+    let mut output = CanOutput::<40>::default();
     output.reject(&corrupt(&unknown));
     assert!(output.tick());
     let answer = [
         1, 0, 0, 0, 20, 0, 0, 0, 10, 0, 0x43, 0, 0, 0, 12, 0, 0, 0, 1, 2,
     ];
     assert_eq!(output.sent(), answer);
-    let mut output = CanOutput::<30>::default();
+    let mut output = CanOutput::<60>::default();
     output.reject(&corrupt(&[1, 0, 0, 0, 8, 0, 0, 0]));
     assert!(!output.is_waiting());
     let long = [0x43; 70_000];
-    let mut output = CanOutput::<80_000>::default();
+    let mut output = CanOutput::<160_000>::default();
     output.reject(&corrupt(&long));
-    assert_eq!(output.room(), 80_000 - 10 - 65_535);
+    assert_eq!(output.room(), 160_000 - 10 - 65_535);
+}
+
+/// Corrupt operations of others, as many as fit into a message, leave room for what the node sends.
+#[test]
+fn corrupt_operations_do_not_hinder_a_node_that_sends() {
+    let mut output = CanOutput::<2048>::default();
+    let empty = [0x43, 0, 0, 0, 8, 0, 0, 0].repeat(256);
+    let mut n = 0;
+    for corrupt in Operations::new(&empty).filter_map(Result::err) {
+        output.reject(&corrupt);
+        n += 1;
+    }
+    assert_eq!(
+        (n, output.room()),
+        (256, 1024),
+        "the last answer holds less"
+    );
+    let frame = Operation::Transmit(Frame::standard(0x101, &[7; 8]));
+    assert_eq!(output.send(&frame), Ok(()));
 }
 
 /// A saved state gives the operations back, and room for as many as before.
