@@ -267,6 +267,7 @@ def test_the_keyframe_holds_and_limits_are_the_machine_s(files, hdrm, name):
     moved = np.linalg.norm(d.site("tip").xpos - start)
     print(f"{name}: after 1 s the tip is {1e6 * moved:.2f} um from where it was")
     assert moved < 5e-5 and d.ncon == 0
+    assert list(m.dof_damping[theirs.zeta_dofs]) == machine["joint_viscous"] and m.dof_damping.sum() == sum(machine["joint_viscous"])
     expected = np.radians([limits["zeta_min_deg"], limits["zeta_max_deg"]]).T
     np.testing.assert_allclose([m.joint(name).range for name in JOINTS], expected, rtol=1e-14)
     assert [list(m.joint(f"rod_{i}").range) for i in (2, 3)] == [limits["stroke_2"], limits["stroke_3"]]
@@ -316,6 +317,28 @@ def test_urdf_is_the_same_tree(files, hdrm, name):
         bias = pinocchio.nonLinearEffects(model, data, q, v)
         assert relative(M[np.ix_(order, order)], full[np.ix_(dofs, dofs)]) < RELATIVE
         assert relative(bias[order], d.qfrc_bias[dofs]) < RELATIVE
+
+
+@pytest.mark.parametrize("name", MACHINES)
+def test_inertias_are_those_of_the_file_to_the_last_digit(files, name):
+    """Light bodies too, which the largest entry of a mass matrix hides."""
+    _, machine, mjcf, urdf = files[name]
+    order = ("xx", "yy", "zz", "xy", "xz", "yz")
+    numbers = lambda element, key: [float(word) for word in element.get(key).split()]
+    expected = {body: ([v["mass"]], v["com"], [v["inertia_com"][k] for k in order]) for body, v in machine["bodies"].items()}
+    found = {}
+    for body in ET.parse(mjcf).getroot().iter("body"):
+        own = body.find("inertial")
+        found[body.get("name")] = numbers(own, "mass"), numbers(own, "pos"), numbers(own, "fullinertia")
+    assert found == expected
+    tree, found = ET.parse(urdf).getroot(), {}
+    for link in (link for link in tree.iter("link") if link.find("inertial") is not None):
+        mass, origin, inertia = (link.find(f"inertial/{part}") for part in ("mass", "origin", "inertia"))
+        assert numbers(origin, "rpy") == [0, 0, 0]
+        found[link.get("name")] = numbers(mass, "value"), numbers(origin, "xyz"), [float(inertia.get(f"i{k}")) for k in order]
+    assert found == expected
+    damping = {joint.get("name"): float(joint.find("dynamics").get("damping")) for joint in tree.iter("joint") if joint.get("type") != "fixed"}
+    assert damping == dict.fromkeys(damping, 0.0) | dict(zip(JOINTS, machine["joint_viscous"]))
 
 
 def test_the_urdf_says_what_a_tree_loses(files):
