@@ -54,7 +54,7 @@ def main():
     for pose, of in {"start pose": machine, "full reach": reach}.items():
         plant = BendingPlant(of, {name: start for name, (start, _, _) in Bending.PARAMETERS.items()})
         frequencies, ratios, _ = modes(plant)
-        x, _, z = plant.d.site_xpos[plant.tip]
+        x, _, z = plant.outputs()["tip.position"]
         print(f"{pose}: tip {hypot(x, z):.2f} m from the column, sag {1e3 * plant.outputs()['tip.sag'][0]:.2f} mm")
         for frequency, ratio in zip(frequencies, ratios):
             print(f"    {frequency:6.2f} Hz, damping ratio {1e2 * ratio:.2f} %")

@@ -5,7 +5,7 @@ from math import cos, pi, sin
 
 import mujoco
 import numpy as np
-from mujoco_model import Flexure
+from mujoco_model import UP, Flexure
 from mujoco_plant import Plant
 
 # Dry friction of the six joints, N.m: pins of 30 mm radius under some 60 kN with 0.1, a slewing ring, geared wrist joints.
@@ -102,6 +102,6 @@ class BendingPlant(Plant):
         rigid, d = self.rigid_tip(), self.d
         return super().outputs() | {
             "tip.rigid_position": rigid,
-            "tip.sag": [np.linalg.norm(d.site_xpos[self.tip] - rigid)],
+            "tip.sag": [np.linalg.norm(UP.T @ d.site_xpos[self.tip] - rigid)],
             "flexure": d.qpos[self.bent],
         }

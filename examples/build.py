@@ -3,7 +3,9 @@
 
 import sys
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
+from mujoco_model import program
 from pythonfmu import FmuBuilder
 
 HERE = Path(__file__).resolve().parent
@@ -20,9 +22,13 @@ SCRIPTS = {
 
 
 def build(script, folder):
-    """The FMU of a script, as pythonfmu builds it."""
+    """The FMU of a script, as pythonfmu builds it. One in MuJoCo notes where `hdrm-fmu` is, which writes its machine."""
     files = [MACHINE, *(HERE / other for other in SCRIPTS[script])]
-    return Path(FmuBuilder.build_FMU(HERE / script, dest=Path(folder), project_files=files))
+    with TemporaryDirectory() as notes:
+        if MUJOCO[1] in SCRIPTS[script]:
+            files.append(Path(notes, "hdrm-fmu.txt"))
+            files[-1].write_text(str(Path(program()).resolve()))
+        return Path(FmuBuilder.build_FMU(HERE / script, dest=Path(folder), project_files=files))
 
 
 STRUCTURE = HERE.parent / "system/SystemStructure.ssd"

@@ -1,16 +1,25 @@
-"""The manipulator as a MuJoCo model, rigid or bending, built from the machine JSON alone.
+"""The manipulator as a MuJoCo model, rigid or bending: the MJCF file that `hdrm-fmu machine export` writes for a machine file, with other
+masses and gravity, and beams cut by hinges.
 
-Both closed loops are MuJoCo `connect` constraints, so the geometry is a little soft where Hdrm.fmu is exact; the strokes are
-computed from the boom angles. All joint coordinates are zero in the start pose. Points of the boom plane are complex numbers.
+Both closed loops are MuJoCo `connect` constraints, so the geometry is a little soft where Hdrm.fmu is exact. Joint coordinates are joint
+angles and strokes. MuJoCo's world has z up: `UP` turns vectors of Hdrm's axes, y up, to it.
 """
 
-from cmath import exp, phase
+import json
+import os
+import shutil
+import subprocess
+import xml.etree.ElementTree as ET
 from dataclasses import dataclass
-from math import copysign, cos, sin, sqrt
+from math import sqrt
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
 SUBSTEP = 2.5e-4  # s
+UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+HERE = Path(__file__).resolve().parent
 
 
 @dataclass(frozen=True)
@@ -28,54 +37,39 @@ class Flexure:
         return f"flexure_{self.body}"
 
 
-def plane(machine, zeta_2, zeta_3):
-    """Boom plane: {body: (position, angle)} of its eight bodies, and the lift and tilt strokes."""
-    g = machine["geometry"]
-    point = lambda p: complex(p[0], p[1])
-    boom, tilt = exp(1j * zeta_2), exp(1j * (zeta_2 + zeta_3))
-    O = point(g["r_T1_O"])
-    foot = O + g["L2_2"] * complex(sin(g["beta1"]), -cos(g["beta1"]))
-    pin = O + g["L1_2"] * exp(1j * (zeta_2 - g["beta2"]))
-    B = O + boom * point(g["r_O_B"])
-    A, E = (B + boom * point(g[k]) for k in ("A_in_boom", "E_in_boom"))
-    C = B + tilt * point(g["C_in_tilt"])
-    D = meeting(A, g["d4"], C, g["d5"], B)
-    lift, push = pin - foot, D - E
-    c_2, c_3 = abs(lift), abs(push)
-    frames = {
-        "A2": (O, zeta_2 - g["beta2"]),
-        "C2": (foot, phase(lift)),
-        "D2": (foot + lift * (1 - g["lc_2"] / c_2), phase(lift)),
-        "A3": (B, zeta_2 + zeta_3),
-        "C3": (E, phase(push)),
-        "D3": (E + push * (1 - g["lc_3"] / c_3), phase(push)),
-        "RK": (A, phase(D - A)),
-        "CP": (C, phase(D - C)),
-    }
-    return frames, np.array([c_2 - g["x0_2"], c_3 - g["x0_3"]])
+def program():
+    """The program `hdrm-fmu`: named by HDRM_FMU, as build.py noted beside this file, of this repository's build, or on the path."""
+    noted = HERE / "hdrm-fmu.txt"
+    places = [os.environ.get("HDRM_FMU"), noted.read_text() if noted.exists() else None]
+    places += [HERE.parent / "target" / kind / "hdrm-fmu" for kind in ("release", "debug")] + [shutil.which("hdrm-fmu")]
+    found = next((place for place in places if place and Path(place).is_file()), None)
+    if not found:
+        raise FileNotFoundError("the program hdrm-fmu, which writes the machine for MuJoCo, is not found: name it in the variable HDRM_FMU")
+    return str(found)
 
 
-def meeting(a, ra, c, rc, away):
-    """The point at ra from a and rc from c, on the side of the line ac away from a third point."""
-    d = abs(c - a)
-    u = (c - a) / d
-    t = (d**2 + ra**2 - rc**2) / (2 * d)
-    side = ((away - a) / u).imag
-    return a + u * complex(t, -copysign(sqrt(ra**2 - t**2), side))
+def exported(machine):
+    """The machine's MJCF file."""
+    with TemporaryDirectory() as folder:
+        file, made = Path(folder, "machine.json"), Path(folder, "machine.xml")
+        file.write_text(json.dumps(machine))
+        done = subprocess.run([program(), "machine", "export", str(file), "--mjcf", str(made)], capture_output=True, text=True)
+        if done.returncode:
+            raise ValueError(done.stderr.strip())
+        return made.read_text()
 
 
 def text(values):
     return " ".join(f"{v:.17g}" for v in values)
 
 
-def matrix(inertia):
-    xx, yy, zz, xy, xz, yz = (inertia[k] for k in ("xx", "yy", "zz", "xy", "xz", "yz"))
-    return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+def numbers(element, name):
+    return np.array(element.get(name).split(), dtype=float)
 
 
 def inertial(mass, com, inertia):
     entries = [inertia[i] for i in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))]
-    return f'<inertial pos="{text(com)}" mass="{mass:.17g}" fullinertia="{text(entries)}"/>'
+    return ET.Element("inertial", pos=text(com), mass=f"{mass:.17g}", fullinertia=text(entries))
 
 
 def cut(mass, com, inertia, point):
@@ -99,61 +93,28 @@ def cut(mass, com, inertia, point):
 
 
 def mjcf(machine, scale=1.0, flexures=(), gravity=None):
-    """The model in the machine's start pose; `gravity` in world axes, m/s²."""
-    g, zeta = machine["geometry"], machine["start"]["zeta"]
-    frames, _ = plane(machine, zeta[1], zeta[2])
-    frames["T1"] = (0j, 0.0)
-    arm = np.add(g["r_B_B4"], g["r_B4_A4"])
-    cuts = {flexure.body: flexure for flexure in flexures}
-
-    def body(name, place, joint, near="", far=""):
-        """`near` hangs before the flexure, if the body has one, `far` behind it."""
-        b = machine["bodies"][name]
-        whole = scale * b["mass"], np.array(b["com"]), scale * matrix(b["inertia_com"])
-        if name not in cuts:
-            return f'<body name="{name}" {place}>{joint}{inertial(*whole)}{near}{far}</body>'
-        flexure = cuts[name]
-        inner, outer = (inertial(*part) for part in cut(*whole, flexure.point))
-        hinge = f'<joint name="{flexure.name}" pos="{text(flexure.point)}" axis="{flexure.axis}"'
-        hinge += f' stiffness="{flexure.stiffness:.17g}" damping="{flexure.damping:.17g}"/>'
-        outer = f'<body name="{name}_far">{hinge}{outer}{far}</body>'
-        return f'<body name="{name}" {place}>{joint}{inner}{near}{outer}</body>'
-
-    def planar(name, parent, joint, near="", far=""):
-        (p, angle), (q, base) = frames[name], frames[parent]
-        r = exp(-1j * base) * (p - q)
-        return body(name, f'pos="{text([r.real, r.imag, 0])}" euler="0 0 {angle - base:.17g}"', joint, near, far)
-
-    def hinge(name, axis, damping=0.0):
-        return f'<joint name="{name}" axis="{axis}" damping="{damping:.17g}"/>'
-
-    def rod(name):
-        return f'<joint name="{name}" type="slide" axis="1 0 0"/>'
-
-    v = machine["joint_viscous"]
-    payload = body("PL", 'pos="0 0 0"', "")
-    tip = f'<site name="tip" pos="{text(g["r_D4_T4"])}"/>'
-    D4 = body("D4", f'pos="{text(g["r_C4_D4"])}" euler="{zeta[5]:.17g} 0 0"', hinge("zeta_6", "1 0 0", v[5]), payload + tip)
-    C4 = body("C4", f'pos="{text(g["r_A4_C4"])}" euler="0 0 {zeta[4]:.17g}"', hinge("zeta_5", "0 0 1", v[4]), D4)
-    A4 = body("A4", f'pos="{text(arm)}" euler="{zeta[3]:.17g} 0 0"', hinge("zeta_4", "1 0 0", v[3]), C4)
-    CP = planar("CP", "A3", hinge("coupler", "0 0 1"))
-    A3 = planar("A3", "A2", hinge("zeta_3", "0 0 1", v[2]), near=CP, far=A4)
-    C3 = planar("C3", "A2", hinge("cylinder_3", "0 0 1"), planar("D3", "C3", rod("rod_3")))
-    RK = planar("RK", "A2", hinge("rocker", "0 0 1"))
-    A2 = planar("A2", "T1", hinge("zeta_2", "0 0 1", v[1]), far=A3 + C3 + RK)
-    C2 = planar("C2", "T1", hinge("cylinder_2", "0 0 1"), planar("D2", "C2", rod("rod_2")))
-    T1 = body("T1", f'pos="0 0 0" euler="0 {zeta[0]:.17g} 0"', hinge("zeta_1", "0 1 0", v[0]), far=A2 + C2)
-    pins = "".join(
-        f'<connect body1="{a}" body2="{b}" anchor="{x:.17g} 0 0"/>'
-        for a, b, x in (("D2", "A2", g["lc_2"]), ("D3", "RK", g["lc_3"]), ("D3", "CP", g["lc_3"]))
-    )
-    return f"""<mujoco>
-      <compiler angle="radian" balanceinertia="false"/>
-      <option gravity="{text([0, -machine["gravity"], 0] if gravity is None else gravity)}" timestep="{SUBSTEP}"
-              jacobian="dense" iterations="50" tolerance="1e-12">
-        <flag contact="disable" energy="enable"/>
-      </option>
-      <default><equality solref="{2 * SUBSTEP} 1" solimp="0.9999 0.9999 0.001 0.5 2"/></default>
-      <worldbody>{T1}</worldbody>
-      <equality>{pins}</equality>
-    </mujoco>"""
+    """The model in the machine's start pose; `gravity` in Hdrm's axes, m/s². All but the coupler hangs behind a flexure."""
+    root = ET.fromstring(exported(machine))
+    if gravity is not None:
+        root.find("option").set("gravity", text(UP @ gravity))
+    for own in root.iter("inertial"):
+        for name in ("mass", "fullinertia"):
+            own.set(name, text(scale * numbers(own, name)))
+    for flexure in flexures:
+        body = root.find(f".//body[@name='{flexure.body}']")
+        whole = body.find("inertial")
+        xx, yy, zz, xy, xz, yz = numbers(whole, "fullinertia")
+        matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        near, far = cut(float(whole.get("mass")), numbers(whole, "pos"), matrix, flexure.point)
+        body.remove(whole)
+        body.insert(1, inertial(*near))
+        outer = ET.Element("body", name=f"{flexure.body}_far")
+        spring = {"stiffness": f"{flexure.stiffness:.17g}", "damping": f"{flexure.damping:.17g}"}
+        outer.append(ET.Element("joint", name=flexure.name, pos=text(flexure.point), axis=flexure.axis, **spring))
+        outer.append(inertial(*far))
+        for child in [child for child in body.findall("body") if child.get("name") != "CP"]:
+            body.remove(child)
+            outer.append(child)
+        body.append(outer)
+    root.remove(root.find("keyframe"))  # it knows nothing of the flexures
+    return ET.tostring(root, encoding="unicode")

@@ -2,7 +2,7 @@
 
 import mujoco
 import numpy as np
-from mujoco_model import SUBSTEP, mjcf, plane
+from mujoco_model import SUBSTEP, UP, mjcf
 
 JOINTS = [f"zeta_{i}" for i in range(1, 7)]
 
@@ -16,11 +16,11 @@ class Plant:
         """`dry_friction`: of the six joints, N.m."""
         self.machine, self.flexures = machine, flexures
         self.m = mujoco.MjModel.from_xml_string(mjcf(machine, scale, flexures, gravity))
+        self.m.jnt_limited[:] = self.m.tendon_limited[:] = 0  # no stops
         self.d = mujoco.MjData(self.m)
         self.rigid = mujoco.MjData(self.m)  # the same joints with no flexure bent
-        self.start = np.array(machine["start"]["zeta"])
         dofs = lambda names: [self.m.joint(name).dofadr[0] for name in names]
-        self.forced, self.free = dofs(self.FORCED), dofs(JOINTS)
+        self.forced, self.free, self.rods = dofs(self.FORCED), dofs(JOINTS), dofs(["rod_2", "rod_3"])
         self.bent = dofs(flexure.name for flexure in flexures)
         self.arm = np.array([machine["geometry"]["r_B"], 1, 1, 1, 1, 1])
         self.tip, self.end = self.m.site("tip").id, self.m.body("D4").id
@@ -73,30 +73,26 @@ class Plant:
 
     @property
     def zeta(self):
-        return self.start + self.d.qpos[self.free]
+        return self.d.qpos[self.free]
 
     def strokes(self):
-        """Strokes, m, and rod velocities, m/s."""
-        (z1, z2, z3), w = self.zeta[:3], self.d.qvel[self.free]
-        g, e = self.machine["geometry"], 1e-6
-        at = lambda a, b: plane(self.machine, a, b)[1]
-        slope = [(at(z2 + e, z3) - at(z2 - e, z3))[0] / (2 * e), (at(z2, z3 + e) - at(z2, z3 - e))[1] / (2 * e)]
-        x = [g["x1_mid"] + g["r_B"] * z1, *at(z2, z3)]
-        return np.array(x), np.array([g["r_B"] * w[0], slope[0] * w[1], slope[1] * w[2]])
+        """Strokes, m, and rod velocities, m/s; the slew moves a rack, the tendon x_1."""
+        d, middle = self.d, self.m.numeric("x1_mid").data[0]
+        return np.array([middle + d.ten_length[0], *d.qpos[self.rods]]), np.array([d.ten_velocity[0], *d.qvel[self.rods]])
 
     def rigid_tip(self):
         """Where the tip would be at these joint angles if nothing bent."""
         self.rigid.qpos[:] = self.d.qpos
         self.rigid.qpos[self.bent] = 0
         mujoco.mj_kinematics(self.m, self.rigid)
-        return self.rigid.site_xpos[self.tip].copy()
+        return UP.T @ self.rigid.site_xpos[self.tip]
 
     def outputs(self):
         """Values of the interface of Hdrm.fmu, by name."""
         d = self.d
         x, x_dot = self.strokes()
         orientation, velocity = np.zeros(4), np.zeros(6)
-        mujoco.mju_mat2Quat(orientation, d.site_xmat[self.tip])
+        mujoco.mju_mat2Quat(orientation, (UP.T @ d.site_xmat[self.tip].reshape(3, 3)).ravel())
         mujoco.mj_objectVelocity(self.m, d, mujoco.mjtObj.mjOBJ_SITE, self.tip, velocity, 0)
         mujoco.mj_energyPos(self.m, d)
         mujoco.mj_energyVel(self.m, d)
@@ -108,9 +104,9 @@ class Plant:
             "zeta_dot": d.qvel[self.free],
             "zeta_ddot": d.qacc[self.free],
             "f_hold": self.hold[:3],
-            "tip.position": d.site_xpos[self.tip].copy(),
+            "tip.position": UP.T @ d.site_xpos[self.tip],
             "tip.orientation": orientation,
-            "tip.velocity": [*velocity[3:], *velocity[:3]],
+            "tip.velocity": [*(UP.T @ velocity[3:]), *(UP.T @ velocity[:3])],
             "energy.kinetic": [d.energy[1]],
             "energy.potential": [d.energy[0] - elastic],
             "energy.elastic": [elastic],

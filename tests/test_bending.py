@@ -93,7 +93,7 @@ def test_booms_bend_as_the_weight_behind_their_hinges_asks(zeta):
     bent = plant(zeta)
     parts, hinges = hung_on_the_booms(zeta)
     angles = dict(zip(("T1", "A2", "A3"), bent.outputs()["flexure"]))
-    tip, sag = bent.d.site_xpos[bent.tip], 0j
+    tip, sag = bent.outputs()["tip.position"], 0j
     for name, spring in (("A2", SETTINGS["stiffness.lift"]), ("A3", SETTINGS["stiffness.tilt"])):
         moment = sum(-9.81 * parts[p][0] * (parts[p][1] - hinges[name]).real for p in BEHIND[name])
         if name == "A2":

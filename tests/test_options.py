@@ -535,6 +535,10 @@ STUDIES = {
         {"plain": "machine draw reference"},
         {"--output": Acts("--output m.png"), "--dynamic-factor": Acts("--dynamic-factor 1.3"), "--csv": Acts("--csv chart.csv")},
     ),
+    "machine export": (
+        {"plain": "machine export reference"},
+        {"--mjcf": Acts("--mjcf m.xml"), "--urdf": Acts("--urdf m.urdf")},
+    ),
     "machine scene": ({"plain": "machine scene"}, {"--out": Acts("--out other.json")}),
     "path check": (
         {"plain": "path check six-joints"},

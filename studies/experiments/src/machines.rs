@@ -1,6 +1,8 @@
 //! Computes from a machine file without a run, for `machine`, `path`, `setup` and the report:
-//! machines of other sizes, torques that motors can give continuously, margins along a path.
+//! machines of other sizes, torques that motors can give continuously, margins along a path, files
+//! for tools of robotics.
 
 pub mod continuous_torque;
 pub mod path_margins;
+pub mod robot;
 pub mod scaling;

@@ -1,4 +1,5 @@
-//! Subcommand `machine`: checks machine files, scales and perturbs machines, and gives their gains.
+//! Subcommand `machine`: checks machine files, scales and perturbs machines, gives their gains, and
+//! writes them for tools of robotics.
 
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
@@ -13,6 +14,7 @@ use motion_check::{AllowedRanges, DemandModel, Motion, Payload};
 
 use super::pictures::{DrawArgs, SceneArgs};
 use crate::machines::continuous_torque::ContinuousTorque;
+use crate::machines::robot::{Robot, mjcf, urdf};
 use crate::machines::scaling::booms;
 use crate::print::gains::parameter_set;
 use crate::print::output::{write, write_json};
@@ -47,11 +49,34 @@ pub enum MachineCommand {
         #[arg(long, value_name = "FILE", value_parser = output())]
         output: Option<PathBuf>,
     },
+    /// Write a machine for tools of robotics: MJCF with both closed loops, or URDF as a tree with the
+    /// loops cut
+    Export(ExportArgs),
     /// Draw a machine: side view with named points and dimensions, workspace, largest payload over
     /// reach and height
     Draw(DrawArgs),
     /// Write a machine's bodies and loops as JSON, for a page that animates it
     Scene(SceneArgs),
+}
+
+#[derive(Args)]
+pub struct ExportArgs {
+    /// Machine file, or name of a shipped machine
+    #[arg(value_name = "FILE|NAME")]
+    machine: String,
+    #[command(flatten)]
+    file: ExportFile,
+}
+
+#[derive(Args)]
+#[group(required = true, multiple = false)]
+pub struct ExportFile {
+    /// MJCF file to write, for MuJoCo
+    #[arg(long, value_name = "FILE", value_parser = output())]
+    mjcf: Option<PathBuf>,
+    /// URDF file to write, for ROS 2 and Pinocchio; its head says what a tree loses
+    #[arg(long, value_name = "FILE", value_parser = output())]
+    urdf: Option<PathBuf>,
 }
 
 #[derive(Args)]
@@ -104,6 +129,7 @@ pub fn run(command: &MachineCommand) -> Result<()> {
         MachineCommand::Schema => print(machine_file::SCHEMA_JSON),
         MachineCommand::Scale(args) => scale(args),
         MachineCommand::Gains { machine, output } => gains(machine, output.as_deref()),
+        MachineCommand::Export(args) => export(args),
         MachineCommand::Draw(_) | MachineCommand::Scene(_) => {
             unreachable!("done by another program")
         }
@@ -177,6 +203,22 @@ fn gains(machine: &str, output: Option<&Path>) -> Result<()> {
     }
     let line = |g: &RuledGain| format!("{:<20}{:>8} {:<8}{}\n", g.name, g.value, g.unit, g.why);
     print(gains.iter().map(line).collect::<String>())
+}
+
+fn export(args: &ExportArgs) -> Result<()> {
+    let machine = read(&args.machine)?;
+    let name = Path::new(&args.machine).file_stem().unwrap_or_default();
+    let robot = Robot::new(name.to_string_lossy().into_owned(), &machine);
+    let robot = robot.with_context(|| args.machine.clone())?;
+    if let Some(file) = &args.file.mjcf {
+        let text = mjcf(&robot)?;
+        write(Some(file), |to| to.write_all(text.as_bytes()))?;
+    }
+    if let Some(file) = &args.file.urdf {
+        let text = urdf(&robot)?;
+        write(Some(file), |to| to.write_all(text.as_bytes()))?;
+    }
+    Ok(())
 }
 
 fn scale(args: &ScaleArgs) -> Result<()> {

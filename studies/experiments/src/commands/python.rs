@@ -104,6 +104,7 @@ impl Python {
         };
         let mut build = Command::new(&self.program);
         build.arg(script).arg(folder).arg("bending.py");
+        build.env("HDRM_FMU", env::current_exe()?);
         let output = build.output().context("examples/build.py")?;
         if !output.status.success() {
             bail!(

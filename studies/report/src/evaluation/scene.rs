@@ -7,6 +7,7 @@
 
 use anyhow::{Result, ensure};
 use cosim::{Recording, System};
+use experiments::machines::robot::equivalent_box;
 use hdrm::{BODIES, Body, Tree};
 use machine_file::{Geometry, Machine};
 use nalgebra::Vector3;
@@ -175,7 +176,7 @@ fn shapes(body: Body, tree: &Tree, machine: &Machine) -> Vec<Shape> {
         Body::A4 => wrist(tree.r_A4_C4, 0.42 * d),
         Body::C4 => wrist(tree.r_C4_D4, 0.38 * d),
         Body::D4 => wrist(tree.r_D4_T4, 0.3 * d),
-        Body::PL => vec![equivalent_box(&machine.bodies.PL)],
+        Body::PL => vec![payload(&machine.bodies.PL)],
     }
 }
 
@@ -317,18 +318,11 @@ fn wrist(next: Vector3<f64>, radius: f64) -> Vec<Shape> {
     ]
 }
 
-/// The box of uniform density with the body's mass and moments of inertia: `a_x² = 6 (I_yy + I_zz −
-/// I_xx)/m`.
-fn equivalent_box(body: &machine_file::Body) -> Shape {
-    let i = &body.inertia_com;
-    let edge = |own: f64, others: f64| (6.0 * (others - own) / body.mass).sqrt();
+/// The box with the body's mass and moments of inertia.
+fn payload(body: &machine_file::Body) -> Shape {
     Shape::Box {
         centre: body.com,
-        size: [
-            edge(i.xx, i.yy + i.zz),
-            edge(i.yy, i.zz + i.xx),
-            edge(i.zz, i.xx + i.yy),
-        ],
+        size: equivalent_box(body),
     }
 }
 
@@ -362,9 +356,7 @@ mod tests {
         body.inertia_com.xx = m * (b * b + c * c) / 12.0;
         body.inertia_com.yy = m * (c * c + a * a) / 12.0;
         body.inertia_com.zz = m * (a * a + b * b) / 12.0;
-        let Shape::Box { size, .. } = equivalent_box(&body) else {
-            panic!("a box");
-        };
+        let size = equivalent_box(&body);
         for (drawn, edge) in size.iter().zip([a, b, c]) {
             assert!((drawn - edge).abs() < 1e-12, "{drawn} {edge}");
         }
