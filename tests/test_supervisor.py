@@ -16,11 +16,13 @@ WATCHING, FROZEN, LOWERED, STOPPED = 2, 3, 4, 7
 LIMIT = 1.2 * 70e3
 FLAGS = [f"controller.{name}[{k}]" for name in ("enable", "brake") for k in (1, 2, 3)]
 OFF = {"controller": {"supervisor": "false"}}
+# With a part of it alone the machine does not swing.
+WHOLE = {f"kappa_share[{k}]": 1 for k in (1, 2, 3)}
 # Lost without the supervisor: how far it must go, and gains or plant.
 CASES = {
     "frozen": (FROZEN, {"controller": {"gamma": 10}}),
-    "lowered": (LOWERED, mount(3e7) | {"controller": {"gamma": 40}}),
-    "stopped": (STOPPED, {"controller": {"kappa_KA": 120, "Lambda_orientation": 30}}),
+    "lowered": (LOWERED, mount(3e7) | {"controller": {"gamma": 40} | WHOLE}),
+    "stopped": (STOPPED, {"controller": {"kappa_KA": 120, "Lambda_orientation": 30} | WHOLE}),
     "too heavy": (STOPPED, payload(600)),
 }
 

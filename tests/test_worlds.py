@@ -166,7 +166,7 @@ def test_a_machine_that_swings_is_lost_early_and_spoils_the_verdict(fmu_dir, tmp
     """Where the voltages close the current loop over the network instead of the drives, readings five communication steps old are too old for it: the
     run ends when a rod swings, where neither the supervisor nor the limit of the force is on. It does so at 4.6 s with 0.7 to 2.6 times the shipped K_v."""
     values = ["controller.supervisor=false", "controller.force_limit=0", "sensors.delay=4", "hdrm.inertia_scale=1.4", "controller.current_loop=false"]
-    values += [f"emla_{k}.current_loop=false" for k in (1, 2, 3)]
+    values += [name.format(k) for k in (1, 2, 3) for name in ("emla_{}.current_loop=false", "controller.kappa_share[{}]=1")]
     plant = [option for value in values for option in ("--set", value)]
     done = draws(fmu_dir, "--seeds", 1, *plant, "--json", tmp_path / "d.json", "--check")
     assert done.returncode == 2 and "0 kept, 0 stopped, 1 lost" in done.stdout, done.stdout + done.stderr

@@ -345,6 +345,6 @@ pub(crate) const VARIABLES: &[V] = &[
     of_supervisor(row!(V, integer_output supervisor.cause = supervisor_cause, "why the supervisor acts").items(&CAUSE)),
     of_supervisor(row!(V, boolean_outputs wrist.enable = wrist_enable, "whether the supervisor leaves the wrist's drives on")),
     of_supervisor(row!(V, boolean_outputs wrist.brake = wrist_brake, "whether the supervisor applies the wrist's brakes")),
-    row!(V, parameters kappa_share in machine.controller, "shares of kappa_KA that act on slew, lift and tilt joint, whose motors have a feedback of their own (K_v); 1: the paper's law")
+    row!(V, parameters kappa_share in machine.controller, "shares of kappa_KA that act on slew, lift and tilt joint on paths, since their motors have a feedback of their own (K_v); 1: the paper's law")
         .unit("1").tunable().range(0.0..=100.0),
 ];

@@ -139,9 +139,24 @@ fn within(machine: &Machine, bounds: &Bounds) -> Vec<RuledGain> {
         ("K_v", MOTOR / motor, "V.s/m", of_motor),
         ("omega_d", OBSERVER, "1/s", "sampling and delay".into()),
         ("kappa_KA", WRIST, "1/s", "lag of the wrist's drives".into()),
-        ("kappa_share[1]", RODS, "1", "the motors' feedback K_v".into()),
-        ("kappa_share[2]", RODS, "1", "the motors' feedback K_v".into()),
-        ("kappa_share[3]", RODS, "1", "the motors' feedback K_v".into()),
+        (
+            "kappa_share[1]",
+            RODS,
+            "1",
+            "the motors' feedback K_v".into(),
+        ),
+        (
+            "kappa_share[2]",
+            RODS,
+            "1",
+            "the motors' feedback K_v".into(),
+        ),
+        (
+            "kappa_share[3]",
+            RODS,
+            "1",
+            "the motors' feedback K_v".into(),
+        ),
         ("Lambda_orientation", TURN, "1/s", of_wrist),
     ];
     let rounded = gains.map(|(name, value, unit, why)| RuledGain {

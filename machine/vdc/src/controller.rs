@@ -153,6 +153,11 @@ impl Controller {
         }
         let mut resting = watched.into_owned();
         at_any_pose(&mut resting.gains, share);
+        if self.reference.rates().is_some() {
+            // With less a machine that stands on something pushes so little that its reference waits
+            // too late.
+            resting.gains.kappa_share = [1.0; 3];
+        }
         Cow::Owned(resting)
     }
 

@@ -42,7 +42,7 @@ pub(crate) fn reference_bounds(
 /// Largest angles by which the reference may be ahead of the joints, rad. There the feedback pushes
 /// a joint that stands by a share of what its drive may, or asks for its largest rate:
 /// ```text
-/// (S κ M/x' + K_v/K_f x') Λ e = 0.8 f_max,   κ M Λ e = 0.8 τ_max   or   Λ e = ω_max
+/// (κ M/x' + K_v/K_f x') Λ e = 0.8 f_max,   κ M Λ e = 0.8 τ_max   or   Λ e = ω_max
 /// ```
 fn farthest_ahead(
     nominal: &Nominal,
@@ -52,8 +52,7 @@ fn farthest_ahead(
     largest: &[f64; DOF],
 ) -> [f64; DOF] {
     std::array::from_fn(|i| {
-        let share = gains.kappa_share.get(i).copied().unwrap_or(1.0);
-        let damping = share * gains.kappa_KA * whole_inertia(configuration, &bodies.nominal, i);
+        let damping = gains.kappa_KA * whole_inertia(configuration, &bodies.nominal, i);
         let (Lambda, damping, most) = if i < 3 {
             let lever = configuration.strokes[i].prime.abs();
             let per_ampere = maps::beta_1(nominal.parameters()[i], 0.0);

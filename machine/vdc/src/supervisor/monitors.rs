@@ -63,11 +63,12 @@ const SOFTEST: f64 = 12e6;
 const UNSEEN: [f64; DOF] = [0.02, 0.02, 0.02, 0.04, 0.025, 0.05];
 /// A joint sticks no more than it has shown: the multiple of the longest time, and of the most motion, for
 /// which its encoder has shown the same count, and the least of both, s and rad; readings may be lost for
-/// 50 ms. The last joint of the wrist, where it hardly moves, sticks at turns that it has not made before. It has shown it when it has been watched for a time, s, before it stands, and for a multiple of
-/// that longest time.
+/// 50 ms. The first joint of the wrist stands where it turns back, and the last, where it hardly moves,
+/// sticks at turns that it has not made before. It has shown it when it has been watched for a time, s,
+/// before it stands, and for a multiple of that longest time.
 const LONGER: f64 = 3.0;
 const STANDS: f64 = 0.06;
-const UNMOVED: [f64; DOF] = [0.003, 0.003, 0.003, 0.003, 0.003, 0.03];
+const UNMOVED: [f64; DOF] = [0.003, 0.003, 0.003, 0.012, 0.003, 0.03];
 const SHOWN: [f64; 2] = [1.0, 100.0];
 /// Changes by which a noisy reading is known, the repeats that it may have between them by chance, and
 /// those that it then may have because readings are lost.
