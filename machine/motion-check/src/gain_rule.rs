@@ -132,6 +132,7 @@ fn within(machine: &Machine, bounds: &Bounds) -> Vec<RuledGain> {
     let K_i = machine.controller.K_i;
     let of_motor = format!("a motor loop of {MOTOR} 1/s with K_i = {K_i}");
     let of_wrist = format!("{} of kappa_KA", TURN / WRIST);
+    let rod = |name| (name, RODS, "1", "the motors' feedback K_v".into());
     let gains = [
         ("Lambda_position", lambda, "1/s", of_mode),
         ("omega_tip", INTEGRAL * lambda, "1/s", of_lambda),
@@ -139,24 +140,9 @@ fn within(machine: &Machine, bounds: &Bounds) -> Vec<RuledGain> {
         ("K_v", MOTOR / motor, "V.s/m", of_motor),
         ("omega_d", OBSERVER, "1/s", "sampling and delay".into()),
         ("kappa_KA", WRIST, "1/s", "lag of the wrist's drives".into()),
-        (
-            "kappa_share[1]",
-            RODS,
-            "1",
-            "the motors' feedback K_v".into(),
-        ),
-        (
-            "kappa_share[2]",
-            RODS,
-            "1",
-            "the motors' feedback K_v".into(),
-        ),
-        (
-            "kappa_share[3]",
-            RODS,
-            "1",
-            "the motors' feedback K_v".into(),
-        ),
+        rod("kappa_share[1]"),
+        rod("kappa_share[2]"),
+        rod("kappa_share[3]"),
         ("Lambda_orientation", TURN, "1/s", of_wrist),
     ];
     let rounded = gains.map(|(name, value, unit, why)| RuledGain {
