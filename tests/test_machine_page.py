@@ -368,6 +368,8 @@ def test_the_boom_is_pushed_by_dragging(page):
     boom = run(
         page,
         """const { scene } = machine, { clientWidth, clientHeight } = scene.canvas;
+        // The camera looks from its new place once it has been drawn.
+        await new Promise((turn) => requestAnimationFrame(() => requestAnimationFrame(turn)));
         const group = scene.bodyPlace("A2");
         const { x, y } = new THREE.Vector3(1, 0.1, 0).applyQuaternion(group.quaternion).add(group.position).project(scene.drawing.camera);
         return [Math.round(0.5 * x * clientWidth), Math.round(-0.5 * y * clientHeight)];""",
