@@ -193,6 +193,14 @@ impl Controller {
             let stroke = &configuration.strokes[i];
             RodMotion::from_joint(stroke, input.zeta_dot[i], required, i)
         });
+        let [slew, lift, tilt] = gains.kappa_share;
+        let s = std::array::from_fn(|i| required.zeta_dot[i] - input.zeta_dot[i]);
+        let shared_momentum = law::shared_momentum(
+            &configuration,
+            &state.bodies.nominal,
+            &s,
+            &[slew, lift, tilt, 1.0, 1.0, 1.0],
+        );
         let instant = Instant {
             nominal,
             bodies: &state.bodies,
@@ -204,6 +212,7 @@ impl Controller {
             ground: &ground,
             motions: &motions,
             errors: &errors,
+            shared_momentum,
             law_integral: &state.law_integral,
         };
         let forces = settings.mode.law().forces(&instant);

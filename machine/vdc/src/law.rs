@@ -15,7 +15,7 @@ mod sliding;
 
 pub(crate) use control_law::{Instant, Rod};
 pub(crate) use decomposition::{
-    BodyMotion, ground, hook_model, motions, own_inertia, velocity_errors,
+    BodyMotion, ground, hook_model, motions, own_inertia, shared_momentum, velocity_errors,
 };
 pub(crate) use reference_bounds::reference_bounds;
 

@@ -50,6 +50,8 @@ pub(crate) struct Instant<'a> {
     pub(crate) ground: &'a BodyMotion,
     pub(crate) motions: &'a [BodyMotion; Body::COUNT],
     pub(crate) errors: &'a VelocityErrors,
+    /// Momentum of these errors where joints have shares of their own ([`decomposition::shared_momentum`]).
+    pub(crate) shared_momentum: Option<[f64; DOF]>,
     /// The law's integral for each joint: see [`Forces::law_integral_rate`].
     pub(crate) law_integral: &'a [f64; DOF],
 }
@@ -67,7 +69,7 @@ impl Instant<'_> {
     /// Generalised forces of the bodies with the feedback `K_A s`, N·m.
     pub(crate) fn bodies_with_feedback(&self) -> [f64; DOF] {
         let kappa = self.gains.kappa_KA;
-        let Some(momentum) = self.shared_momentum() else {
+        let Some(momentum) = self.shared_momentum else {
             return self.bodies_forces(kappa);
         };
         let Q = self.bodies_forces(0.0);
@@ -77,7 +79,7 @@ impl Instant<'_> {
     /// Generalised momentum of the velocity errors with the nominal inertias, N·m·s, of which the
     /// shares of the joints count: `√S M √S s`.
     pub(crate) fn momentum(&self) -> [f64; DOF] {
-        if let Some(momentum) = self.shared_momentum() {
+        if let Some(momentum) = self.shared_momentum {
             return momentum;
         }
         let (with, without) = (self.bodies_forces(1.0), self.bodies_forces(0.0));
@@ -87,27 +89,16 @@ impl Instant<'_> {
     /// Power that the feedback `K_A s` takes out, `sᵀ K_A s`, W.
     pub(crate) fn dissipation(&self) -> f64 {
         let kappa = self.gains.kappa_KA;
-        let Some(momentum) = self.shared_momentum() else {
+        let Some(momentum) = self.shared_momentum else {
             return 2.0 * kappa * self.errors.energy;
         };
-        let powers = momentum.iter().zip(self.rate_errors());
-        kappa * powers.map(|(p, s)| p * s).sum::<f64>()
+        let powers = momentum.iter().enumerate();
+        kappa * powers.map(|(i, p)| p * self.rate_error(i)).sum::<f64>()
     }
 
-    /// Errors `s` of the joint rates, rad/s.
-    fn rate_errors(&self) -> [f64; DOF] {
-        std::array::from_fn(|i| self.required.zeta_dot[i] - self.zeta_dot[i])
-    }
-
-    /// The momentum with shares; None where each is 1.
-    fn shared_momentum(&self) -> Option<[f64; DOF]> {
-        let [a, b, c] = self.gains.kappa_share;
-        let shares = [a, b, c, 1.0, 1.0, 1.0];
-        (shares != [1.0; DOF]).then(|| {
-            let nominal = &self.bodies.nominal;
-            let s = self.rate_errors();
-            decomposition::shared_momentum(self.configuration, nominal, &s, &shares)
-        })
+    /// Error `s` of a joint's rate, rad/s.
+    pub(crate) fn rate_error(&self, i: usize) -> f64 {
+        self.required.zeta_dot[i] - self.zeta_dot[i]
     }
 
     fn bodies_forces(&self, kappa: f64) -> [f64; DOF] {

@@ -133,20 +133,24 @@ pub(crate) fn joint_forces(
 }
 
 /// Feedback over κ on the six joints, `√S M √S s` in N·m·s, with the nominal inertias M, for errors
-/// `s` of the joint rates, rad/s, of which `shares` S count. It takes energy out at any shares.
+/// `s` of the joint rates, rad/s, of which `shares` S count; None where each is 1. It takes energy
+/// out at any shares.
 pub(crate) fn shared_momentum(
     configuration: &Configuration,
     nominal: &[Inertia; Body::COUNT],
     s: &[f64; DOF],
     shares: &[f64; DOF],
-) -> [f64; DOF] {
+) -> Option<[f64; DOF]> {
+    if *shares == [1.0; DOF] {
+        return None;
+    }
     let mut scaled = at_rest();
     scaled.zeta_ddot = Vector6::from_fn(|i, _| shares[i].sqrt() * s[i]);
     let turning = motions(configuration, &[0.0; DOF], &scaled, &BodyMotion::default());
     let momentum = moments(configuration, &turning, |body| {
         Some(&nominal[body as usize])
     });
-    std::array::from_fn(|i| shares[i].sqrt() * momentum[i])
+    Some(std::array::from_fn(|i| shares[i].sqrt() * momentum[i]))
 }
 
 /// What is expected to be felt of the hook with this `payload`.

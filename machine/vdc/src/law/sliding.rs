@@ -22,10 +22,7 @@ impl ControlLaw for SuperTwisting {
     fn forces(&self, now: &Instant) -> Forces {
         let (kappa, omega) = (now.gains.kappa_KA, now.gains.omega_tip);
         let (model, momentum) = (now.model(), now.momentum());
-        let share = |i: usize| {
-            let s = now.required.zeta_dot[i] - now.zeta_dot[i];
-            S_0 / s.abs().max(S_1)
-        };
+        let share = |i: usize| S_0 / now.rate_error(i).abs().max(S_1);
         let torque =
             |i: usize| model[i] + kappa * momentum[i] * share(i).sqrt() + now.law_integral[i];
         Forces {

@@ -225,7 +225,7 @@ fn feedback_with_shares_has_the_plants_inertia() {
         let configuration = plant.tree().configuration(&zeta);
         let inertias = plant.inertias();
         let found = decomposition::shared_momentum(&configuration, inertias, &s, &shares);
-        let found = Vector6::from(found);
+        let found = Vector6::from(found.expect("shares"));
         assert!((found - expected).norm() < 1e-9 * expected.norm(), "{k}");
         assert!(found.dot(&Vector6::from(s)) > 0.0, "{k}");
     }

@@ -79,7 +79,7 @@ fn link(robot: &Robot, body: Body) -> Element {
     }
     let visuals = drawn.into_iter().map(|shape| {
         let rgba = Element::new("color").numbers("rgba", &colour(body));
-        let name = format_args!("{body:?}").to_string();
+        let name = format!("{body:?}");
         let material = Element::new("material").with("name", name).holding([rgba]);
         Element::new("visual").holding(shape).holding([material])
     });
