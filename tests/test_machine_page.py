@@ -784,6 +784,57 @@ def test_a_gain_goes_back_to_its_usual_value_and_says_what_it_does(page):
     until(page, lambda: get(page, "controller.Lambda_position") == usual)
 
 
+def test_words_are_those_of_a_cab(page):
+    """What a visitor reads, not how the variables are called."""
+    restart(page, world="real", trajectory="rates", controller__settle_time=0)
+    words = page.execute_script("return document.body.textContent")
+    for text in ("Controlled by", "Simulation checks", "× real time", "Compare with another controller", "Add play, friction, sensor errors", "Adaptation speed", "Sensor delay"):
+        assert text in words
+    until(page, lambda: shown(page, "verdict") == "no faults")
+    levers = "return [...document.querySelectorAll('#levers .lever b span')].map((one) => one.textContent)"
+    assert page.execute_script(levers) == ["Slew", "Lift", "Tilt", "Wrist roll", "Wrist bend", "Wrist turn"]
+    sheets = "return [...document.querySelectorAll('#panel .row > span, #panel legend, #panel summary')].map((one) => one.textContent)"
+    named = [text for text in page.execute_script(sheets) if "_" in text or "." in text]
+    assert named == [], "names of variables"
+
+
+def test_each_gain_says_what_it_does_and_can_be_reset(page):
+    rows = page.execute_script(
+        """return [...document.querySelectorAll("[data-sheet=law] > .row")].filter((row) => row.querySelector("input[type=range]")).map((row) =>
+          [row.firstChild.textContent, row.firstChild.title, Boolean(row.querySelector("button.back"))]);"""
+    )
+    assert len(rows) >= 6
+    for label, hint, has_reset in rows:
+        assert len(hint) > 20 and has_reset, label
+
+
+def test_the_first_line_says_what_the_page_is_with_links(page):
+    """The paper by its address; parts, sources, licence and documentation one click away."""
+    reopen(page, PAGE.as_uri())
+    run(page, "await machine.pause()")
+    about = page.find_element(By.CSS_SELECTOR, "#first-minute .about")
+    assert about.is_displayed() and "manipulator" in about.text and "computed live" in about.text
+    assert about.find_element(By.TAG_NAME, "a").get_attribute("href").startswith("https://arxiv.org/")
+    what = page.find_element(By.ID, "what")
+    page.find_element(By.ID, "about-link").click()
+    until(page, lambda: what.get_property("open") and what.is_displayed())
+    for text in ("Hdrm", "Emla", "Controller", "README.md", "docs/machine", "Licence"):
+        assert text in what.text
+
+
+def test_a_person_and_a_grid_give_the_scale(page):
+    """Their sizes in the picture's metres: someone of 1.8 m with helmet who stands on the floor, and squares of 1 m."""
+    low, high = page.execute_script(
+        """const found = machine.scene.drawing.scene.children.filter(({ position: { x, z }, geometry }) => geometry && x === -0.9 && z === -0.4);
+        const heights = found.flatMap(({ geometry, position }) => { geometry.computeBoundingBox(); const { min, max } = geometry.boundingBox; return [min.y + position.y, max.y + position.y]; });
+        return [Math.min(...heights), Math.max(...heights)];"""
+    )
+    assert low == pytest.approx(0.0, abs=0.02) and high == pytest.approx(1.8, abs=0.02)
+    corners = page.execute_script("return [...machine.scene.drawing.ground.children[1].geometry.attributes.position.array].filter((_, k) => k % 3 < 2)")
+    edges = np.unique(np.round(corners, 6))
+    assert len(edges) > 10 and np.diff(edges) == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize("width", [1400, 390])
 def test_a_message_covers_no_button(page, width):
     try:
