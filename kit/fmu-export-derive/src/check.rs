@@ -37,7 +37,9 @@ fn type_error(kind: Kind, role: Role) -> Option<&'static str> {
             Some("`&'static str` can only be an output")
         }
         (Kind::Real | Kind::Struct, _) => None,
-        (_, Role::State) => Some("a continuous state must be an f64, or an array or a Vec of f64"),
+        (_, Role::State) => Some(
+            "a continuous state must be an f64, or an array or a Vec of f64; what only events change is `#[fmu(discrete)]`, what is no variable `#[fmu(skip)]`",
+        ),
         _ => None,
     }
 }
