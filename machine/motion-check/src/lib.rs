@@ -15,6 +15,7 @@
 
 mod allowed_ranges;
 mod demand;
+mod drive_loop;
 pub mod gain_rule;
 mod kinematics;
 mod quantity;
@@ -23,6 +24,7 @@ mod rotation;
 
 pub use allowed_ranges::{AllowedRanges, Margin};
 pub use demand::{Demand, DemandModel, Motion, Payload};
+pub use drive_loop::Mode;
 pub use kinematics::{Kinematics, NearestPose, Pose, TipMotion};
 pub use quantity::Quantity;
 pub use reach::Reach;
