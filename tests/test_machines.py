@@ -80,6 +80,43 @@ def test_check_tells_everything_at_once(tmp_path):
     assert part.returncode == 1 and "`bodies` is missing" in part.stdout and 'needs "extends": "reference"' in part.stderr
 
 
+def geared(path, gear, lead_mm, edge_time=3.0):
+    """The reference machine with other gears and screws."""
+    paths = {"triangular": {"edge_time": edge_time}}
+    return write(path, {"extends": "reference", "emla": {"N_gear": gear, "rho": lead_mm / 1000}, "trajectories": paths})
+
+
+@pytest.mark.parametrize("gear, lead_mm, edge_time", [(6, 8, 3), (8, 12, 3), (10, 8, 6), (14, 12, 6)])
+def test_a_machine_with_other_gears_runs_with_the_gains_of_the_rule(tmp_path, machine, gear, lead_mm, edge_time):
+    """In both worlds, with full and empty hook; and with booms 40 % heavier than the controller knows, without swinging."""
+    file = geared(tmp_path / "mine.json", gear, lead_mm, edge_time)
+    done = call("hdrm-fmu", "machine", "check", file)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert done.stdout.count("tip error RMSE") == 4 and "tried in closed loop" in done.stdout
+    heavy = ["--set", "controller.trajectory=triangular", "--set", "controller.mode=adaptive", "--set", "hdrm.inertia_scale=1.4", "--check"]
+    done = call("hdrm-fmu", "run", *machine, "--machine", file, *heavy)
+    assert done.returncode == 0 and "gains by the rule" in done.stdout and "alpha = 0" in done.stdout, done.stdout + done.stderr
+
+
+def test_a_path_too_fast_for_the_gears_is_refused_with_the_reason(tmp_path):
+    done = call("hdrm-fmu", "machine", "check", geared(tmp_path / "fast.json", 10, 8))
+    assert done.returncode == 1 and "motor speed of emla_2: up to" in done.stdout and "is too fast for motors" in done.stdout, done.stdout
+    assert call("hdrm-fmu", "machine", "check", "--no-trials", tmp_path / "fast.json").returncode == 0
+
+
+def test_a_machine_without_gains_is_refused_unless_the_user_gives_one(tmp_path, machine):
+    """Motors that weigh a hundred times what the booms do."""
+    file = geared(tmp_path / "heavy.json", 80, 8)
+    assert "no `controller.Lambda_position`" in call("hdrm-fmu", "machine", "check", file).stdout
+    done = call("hdrm-fmu", "run", *machine, "--machine", file, *SHORT)
+    assert done.returncode == 1 and "no `controller.Lambda_position`" in done.stderr
+    own = tmp_path / "own.ssv"
+    assert call("hdrm-fmu", "machine", "gains", "reference", "--world", "ideal", "--output", own).returncode == 0
+    for given in ["--set", "controller.Lambda_position=20"], ["--parameters", own]:
+        done = call("hdrm-fmu", "run", *machine, "--machine", file, *SHORT, *given)
+        assert done.returncode == 0 and "Lambda_position =" not in done.stdout, done.stdout + done.stderr
+
+
 def test_a_start_that_no_motor_holds_for_ever_is_noted(tmp_path):
     weak = {"extends": "reference", "emla": {"lift": {"heat": {"C_w": 2e3, "R_wh": 0.06, "C_h": 15e3, "R_ha": 1.5}}}}
     done = call("hdrm-fmu", "machine", "check", write(tmp_path / "weak.json", weak))

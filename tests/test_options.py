@@ -530,7 +530,11 @@ STUDIES = {
         {"plain": "machine scale --booms 1.1 --output m.json"},
         {"--booms": Acts("--booms 1.2"), "--machine": Acts("--machine sized"), "--output": Acts("--output n.json")},
     ),
-    "machine gains": ({"plain": "machine gains reference"}, {"--output": Acts("--output gains.ssv")}),
+    "machine check": ({"plain": "machine check reference"}, {"--no-trials": Acts("--no-trials")}),
+    "machine gains": (
+        {"plain": "machine gains reference"},
+        {"--world": Acts("--world ideal"), "--output": Acts("--output gains.ssv")},
+    ),
     "machine draw": (
         {"plain": "machine draw reference"},
         {"--output": Acts("--output m.png"), "--dynamic-factor": Acts("--dynamic-factor 1.3"), "--csv": Acts("--csv chart.csv")},

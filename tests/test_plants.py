@@ -128,8 +128,8 @@ STRANGER = {"extends": "reference", "geometry": {"r_B_B4": [2.1, 0, 0]}, "bodies
 
 @pytest.mark.parametrize("name", ["reference", "hiab_xs031", "stranger"])
 def test_machines_are_kept_with_the_gains_of_the_rule(fmu_dir, tmp_path, name):
-    """As it is, 20 % heavier, and on a mounting half as stiff; a machine that asks for other gains than those that ship is told which, by
-    `machine check` and by a run."""
+    """As it is, 20 % heavier, and on a mounting half as stiff; a machine that asks for other gains than those that ship is told which by
+    `machine check`, gets them in a run, and is warned where the user's gain is another."""
     machine = name
     if name == "stranger":
         machine = tmp_path / "stranger.json"
@@ -137,8 +137,11 @@ def test_machines_are_kept_with_the_gains_of_the_rule(fmu_dir, tmp_path, name):
     gains, system = tmp_path / "gains.ssv", ["--system", fmu_dir / "Real.ssp"]
     assert call("hdrm-fmu", "machine", "gains", machine, "--output", gains).returncode == 0
     told = [call("hdrm-fmu", "machine", "check", machine).stdout]
-    told.append(call("hdrm-fmu", "run", *system, "--machine", machine, "--stop-time", 0.01).stdout)
-    assert ("lowest mode" in told[0]) == (name == "stranger") and ("machine gains" in told[1]) == (name != "reference"), told
+    for own in [], ["--set", "controller.gamma=250"]:
+        told.append(call("hdrm-fmu", "run", *system, "--machine", machine, "--stop-time", 0.01, *own).stdout)
+    assert ("lowest mode" in told[0]) == (name == "stranger"), told
+    assert ("gains by the rule" in told[1], "machine gains" in told[1]) == (name != "reference", False), told
+    assert ("machine gains" in told[2]) == (name != "reference") and "gamma = 1000," not in told[2], told
     files = {component: {"machine_file": machine} for component in ("hdrm", "controller")}
     files |= {axis: {"machine_file": machine, "axis": k} for k, axis in enumerate(AXES, 1)}
     law = {"controller": {"mode": "adaptive_integral"}}

@@ -19,6 +19,7 @@ pub mod stability;
 pub mod surrogate_loop;
 pub mod testbed;
 pub(crate) mod tournament;
+pub(crate) mod trials;
 pub(crate) mod weighing;
 
 /// Says in words whether a target is met; a target that is missed makes the verdict bad with the

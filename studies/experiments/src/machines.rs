@@ -6,3 +6,4 @@ pub mod continuous_torque;
 pub mod path_margins;
 pub mod robot;
 pub mod scaling;
+pub mod strokes;

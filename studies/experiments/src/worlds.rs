@@ -18,5 +18,5 @@ pub use strict::SYSTEM as STRICT_SYSTEM;
 pub(crate) use world::value_name;
 pub use world::{
     BENDING_STEP, BENDING_SYSTEM, BENDING_TARGET, PARAMETERS, SCALES, SYSTEM, World, cases,
-    parameter_set_of,
+    parameter_set_of, without_worlds,
 };

@@ -13,9 +13,11 @@ use motion_check::gain_rule::{self, RuledGain};
 use motion_check::{AllowedRanges, DemandModel, Motion, Payload};
 
 use super::pictures::{DrawArgs, SceneArgs};
+use crate::analyses::trials::{self, Trial};
 use crate::machines::continuous_torque::ContinuousTorque;
 use crate::machines::robot::{Robot, mjcf, urdf};
 use crate::machines::scaling::booms;
+use crate::machines::strokes::beyond_strokes;
 use crate::print::gains::parameter_set;
 use crate::print::output::{write, write_json};
 use crate::setup::machine_choice::read;
@@ -28,23 +30,29 @@ pub enum MachineCommand {
     /// Write a machine whose masses, centres of mass, inertias and lengths are off by errors drawn
     /// by seed
     Perturb(PerturbArgs),
-    /// List everything that is wrong with a machine file, with its place in the file; the exit code
-    /// is 1 if there is anything
+    /// List everything that is wrong with a machine file, with its place in the file, and try it in
+    /// closed loop; the exit code is 1 if there is anything
     Check {
         /// Machine file, or name of a shipped machine
         #[arg(value_name = "FILE|NAME")]
         machine: String,
+        /// Only what the file says: no trials in closed loop
+        #[arg(long)]
+        no_trials: bool,
     },
     /// Print the JSON Schema of machine files, for editors
     Schema,
     /// Write a machine with longer or shorter booms, as a file that extends the original
     Scale(ScaleArgs),
-    /// Print the gains that the rule gives for a machine with actuators as built, with the reasons,
-    /// or write them as a parameter set of Real.ssp
+    /// Print the gains that the rule gives for a machine, with the reasons, or write them as a
+    /// parameter set
     Gains {
         /// Machine file, or name of a shipped machine
         #[arg(value_name = "FILE|NAME")]
         machine: String,
+        /// World that the gains are for: ideal (Manipulator.ssp) or real (Real.ssp)
+        #[arg(long, default_value = "real", value_parser = ["ideal", "real"])]
+        world: String,
         /// Parameter set to write, for `--parameters`
         #[arg(long, value_name = "FILE", value_parser = output())]
         output: Option<PathBuf>,
@@ -125,10 +133,14 @@ pub struct PerturbArgs {
 pub fn run(command: &MachineCommand) -> Result<()> {
     match command {
         MachineCommand::Perturb(args) => perturb(args),
-        MachineCommand::Check { machine } => check(machine),
+        MachineCommand::Check { machine, no_trials } => check(machine, !no_trials),
         MachineCommand::Schema => print(machine_file::SCHEMA_JSON),
         MachineCommand::Scale(args) => scale(args),
-        MachineCommand::Gains { machine, output } => gains(machine, output.as_deref()),
+        MachineCommand::Gains {
+            machine,
+            world,
+            output,
+        } => gains(machine, world == "ideal", output.as_deref()),
         MachineCommand::Export(args) => export(args),
         MachineCommand::Draw(_) | MachineCommand::Scene(_) => {
             unreachable!("done by another program")
@@ -136,21 +148,31 @@ pub fn run(command: &MachineCommand) -> Result<()> {
     }
 }
 
-fn check(name: &str) -> Result<()> {
+fn check(name: &str, with_trials: bool) -> Result<()> {
     let (found, notes) = match Source::named(name) {
         Err(error) => (error.lines(), Vec::new()),
         Ok(source) => {
             let machine = &source.machine;
-            let [found, mut notes] = at_start(machine);
+            let [mut found, mut notes] = at_start(machine);
             if found.is_empty() {
                 notes.extend(gains_warning(machine, source.shipped())?);
+                if with_trials {
+                    found = tried(name, machine, &mut notes)?;
+                }
             }
             (found, notes)
         }
     };
     print_notes(&notes)?;
     if found.is_empty() {
-        return print(format_args!("{name}: a machine with which all FMUs run\n"));
+        let tried = if with_trials {
+            ", tried in closed loop"
+        } else {
+            ""
+        };
+        return print(format_args!(
+            "{name}: a machine with which all FMUs run{tried}\n"
+        ));
     }
     print(found.join("\n") + "\n")?;
     let is_missing = |line: &String| line.ends_with(" is missing") && !line.contains('.');
@@ -172,6 +194,13 @@ fn at_start(machine: &Machine) -> [Vec<String>; 2] {
     };
     let demand = capability.demand(&Motion::rest(machine.start.zeta));
     let margins = AllowedRanges::from_machine(machine).margins(&demand);
+    let unfit = match beyond_strokes(machine) {
+        Ok(unfit) => unfit,
+        Err(error) => return [vec![format!("`geometry`: {error}")], vec![]],
+    };
+    if !unfit.is_empty() {
+        return [unfit, vec![]];
+    }
     let beyond = margins.iter().filter(|margin| !margin.holds());
     let beyond = beyond.map(|margin| format!("at the start pose, `start.zeta`, at rest: {margin}"));
     let motors = AXES.into_iter().zip(demand.tau_e);
@@ -185,7 +214,7 @@ fn at_start(machine: &Machine) -> [Vec<String>; 2] {
     [beyond.collect(), warm.collect()]
 }
 
-/// A warning if the parameter set that `--world real` uses for a machine does not fit it.
+/// A warning if the parameter set that ships for the real world does not fit a machine.
 fn gains_warning(machine: &Machine, shipped: Option<&str>) -> Result<Option<String>> {
     let set = parameter_set_of(shipped);
     let own = shipped.filter(|_| set != PARAMETERS);
@@ -194,11 +223,42 @@ fn gains_warning(machine: &Machine, shipped: Option<&str>) -> Result<Option<Stri
     Ok(wrong.map(|text| format!("with {set} in the real world: {text}")))
 }
 
-fn gains(machine: &str, output: Option<&Path>) -> Result<()> {
-    let gains = gain_rule::gains(&read(machine)?)?;
+/// What the trials in closed loop find. Their tip errors become notes, and so does what is found in a
+/// trial that is no verdict, or before the motion.
+fn tried(name: &str, machine: &Machine, notes: &mut Vec<String>) -> Result<Vec<String>> {
+    for rule in [gain_rule::ideal_gains, gain_rule::gains] {
+        if let Err(error) = rule(machine) {
+            return Ok(vec![error.to_string()]);
+        }
+    }
+    let trials = trials::trials(name, machine)?;
+    notes.extend(trials.iter().map(Trial::to_string));
+    let mut found = Vec::new();
+    for trial in &trials {
+        let reasons = trial.reasons.iter();
+        let reasons = reasons.map(|reason| format!("{}: {reason}", trial.name()));
+        match trial.is_verdict() {
+            true => found.extend(reasons),
+            false => notes.extend(reasons),
+        }
+        let before = trial.before.iter();
+        notes.extend(before.map(|text| format!("{}, before the motion: {text}", trial.name())));
+    }
+    if !found.is_empty() {
+        found.push(trials::cause(machine, &found)?);
+    }
+    Ok(found)
+}
+
+fn gains(machine: &str, is_ideal: bool, output: Option<&Path>) -> Result<()> {
+    let rule = match is_ideal {
+        true => gain_rule::ideal_gains,
+        false => gain_rule::gains,
+    };
+    let gains = rule(&read(machine)?)?;
     if let Some(output) = output {
         let name = output.file_stem().unwrap_or_default().to_string_lossy();
-        let set = parameter_set(&name, machine, &gains);
+        let set = parameter_set(&name, machine, &gains, is_ideal);
         return write(Some(output), |file| file.write_all(set.as_bytes()));
     }
     let line = |g: &RuledGain| format!("{:<20}{:>8} {:<8}{}\n", g.name, g.value, g.unit, g.why);

@@ -3,15 +3,27 @@
 
 use std::path::PathBuf;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use cosim::structure::DataType;
 use cosim::{Port, Setting, System};
-use machine_file::{AXES, Machine, Source, preset};
+use machine_file::{AXES, Emla, Machine, Source, preset};
+use motion_check::gain_rule;
 use percent_encoding::percent_decode_str;
 use surrogate::measurement::data::sha256;
 
+use crate::machines::strokes::beyond_strokes;
+
 /// Parameter of the FMUs that depend on the machine's dimensions, actuators or gains.
 const MACHINE_FILE: &str = "machine_file";
+
+/// Origin of the values that are bound here.
+pub const ORIGIN: &str = "--machine";
+
+/// Parameter of actuators and controller: weight of the network.
+const ALPHA: &str = "alpha";
+
+/// Model of the actuators as built.
+const RIG: &str = "Rig";
 
 /// Parameter of an actuator that says which of the machine's it is: slew, lift or tilt.
 const AXIS: &str = "axis";
@@ -32,7 +44,8 @@ pub struct MachineFile {
 ///
 /// Fails with everything that is wrong with the machine, or if the manipulator takes no file.
 pub fn bind(system: &mut System, machine: &str) -> Result<()> {
-    Source::named(machine)?;
+    let unfit = beyond_strokes(&Source::named(machine)?.machine)?;
+    ensure!(unfit.is_empty(), "{}", unfit.join("; "));
     // Another maker's plant may get its dimensions from elsewhere; a testbed has no manipulator.
     if let Ok(plant) = system.port("f_hold[1]") {
         let file = system.port_of(plant.component, MACHINE_FILE);
@@ -42,7 +55,7 @@ pub fn bind(system: &mut System, machine: &str) -> Result<()> {
     for (component, fmu) in system.structure.components.iter_mut().zip(&system.fmus) {
         let name = component.name.clone();
         let mut bind = |name: &str, value: String, data_type| {
-            component.bind(name, value, data_type, "--machine");
+            component.bind(name, value, data_type, ORIGIN);
         };
         if fmu.description.index(MACHINE_FILE).is_some() {
             bind(MACHINE_FILE, machine.into(), DataType::String);
@@ -55,6 +68,153 @@ pub fn bind(system: &mut System, machine: &str) -> Result<()> {
         }
     }
     Ok(())
+}
+
+/// The gains by the rule for a machine.
+pub struct GainChoice<'a> {
+    /// Machine file, or name of a shipped machine.
+    pub machine: &'a str,
+    /// Parameter sets that the user gives: their gains count.
+    pub sets: &'a [PathBuf],
+    /// Start values that the user gives: they count too.
+    pub settings: &'a [Setting],
+}
+
+impl GainChoice<'_> {
+    /// Binds the gains by the rule ([`gain_rule`]) to the controller, and `alpha` = 0 to actuators
+    /// and controller where an actuator is not the one that the network was trained on. Values that
+    /// the user gives stay, and the rule's fit them: with a `Lambda_position` of the user's no machine
+    /// is refused. The shipped machines have gains of their own in the ideal world. Returns a list of
+    /// what was bound, in words.
+    ///
+    /// With drives that regulate their currents themselves the gains are those for actuators as
+    /// built. Without, but with such actuators, the voltage law's are those of the ideal world.
+    pub fn bind(&self, system: &mut System) -> Result<Option<String>> {
+        let machine = read(self.machine)?;
+        let Ok(controller) = system.port("desired.position[1]") else {
+            return Ok(None);
+        };
+        let controller = controller.component;
+        let is_as_built = system.fmus.iter().any(|fmu| fmu.description.model == RIG);
+        let mut shipped = machine_file::PRESETS.iter();
+        if !is_as_built && shipped.any(|(name, _)| Machine::preset(name).as_ref() == Some(&machine))
+        {
+            return Ok(None);
+        }
+        let bound = &system.structure.components[controller].parameters;
+        let loops = bound.iter().rev().find(|p| p.name == "current_loop");
+        let has_current_loops = loops.is_some_and(|p| ["true", "1"].contains(&p.value.as_str()));
+        let own = gain_rule::IDEAL.into_iter().filter_map(|name| {
+            let value = self.said(system, controller, name)?.parse().ok()?;
+            Some((name, value))
+        });
+        let own: Vec<(_, f64)> = own.collect();
+        let ideal = || gain_rule::ideal_gains_beside(&machine, &own);
+        let real = || gain_rule::gains_beside(&machine, &own);
+        let mut ruled: Vec<_> = match (is_as_built, has_current_loops) {
+            (true, true) => real()?,
+            (true, false) => {
+                let voltage = ideal()?.into_iter();
+                let voltage = voltage.filter(|gain| gain.name.starts_with("K_"));
+                let slow = real()?.into_iter();
+                let slow =
+                    slow.filter(|g| ["Lambda_position", "omega_tip", "gamma"].contains(&g.name));
+                voltage.chain(slow).collect()
+            }
+            (false, _) => ideal()?,
+        };
+        let known = Machine::reference().emla.lift;
+        let is_trained = machine.emla.in_order().map(|p| is_same_actuator(p, &known));
+        ruled.retain(|gain| {
+            system.fmus[controller]
+                .description
+                .index(gain.name)
+                .is_some()
+        });
+        let mut told = Vec::new();
+        for gain in ruled {
+            if self.bind_value(system, controller, gain.name, gain.value) {
+                told.push(format!("{} = {}", gain.name, gain.value));
+            }
+        }
+        if is_trained != [true; 3] {
+            let blended = system
+                .fmus
+                .iter()
+                .map(|fmu| fmu.description.index(ALPHA).is_some());
+            let blended: Vec<_> = blended.collect();
+            let mut has_changed = false;
+            for component in (0..blended.len()).filter(|k| blended[*k]) {
+                has_changed |= self.bind_value(system, component, ALPHA, 0.0);
+            }
+            if has_changed {
+                told.push("alpha = 0, because the network was trained on another actuator".into());
+            }
+        }
+        Ok((!told.is_empty()).then(|| told.join(", ")))
+    }
+
+    /// The value that the user gives to a variable.
+    fn said<'b>(&'b self, system: &'b System, component: usize, name: &str) -> Option<&'b str> {
+        let port = system.port_of(component, name).ok()?;
+        let set = self.settings.iter().rev().find(|set| set.port == port);
+        let bound = &system.structure.components[component].parameters;
+        let bound = bound.iter().rev().find(|p| p.name == name);
+        let is_user = |origin: &str| {
+            let mut sets = self.sets.iter().map(|set| set.to_string_lossy());
+            sets.any(|set| origin.contains(&*set))
+        };
+        let bound = bound.filter(|bound| is_user(&bound.origin));
+        set.map(|set| &*set.value)
+            .or(bound.map(|bound| &*bound.value))
+    }
+
+    /// Binds a value unless the user gives one; returns whether that changes the value.
+    fn bind_value(&self, system: &mut System, component: usize, name: &str, value: f64) -> bool {
+        if self.said(system, component, name).is_some() {
+            return false;
+        }
+        let fmu = &system.fmus[component];
+        let component = &mut system.structure.components[component];
+        let own = component.parameters.iter().rev().find(|p| p.name == name);
+        let start = || {
+            let index = fmu.description.index(name)?;
+            fmu.description.variables[index].start.first().cloned()
+        };
+        let before = own.map(|own| own.value.clone()).or_else(start);
+        let before = before.and_then(|text| text.parse::<f64>().ok());
+        if before == Some(value) {
+            return false;
+        }
+        component.bind(name, value.to_string(), DataType::Real, ORIGIN);
+        true
+    }
+}
+
+/// Whether the network of the reference actuator holds for `p`: the same but for the drive's
+/// limits, losses of the inverter, brake and heat.
+fn is_same_actuator(p: &Emla, known: &Emla) -> bool {
+    let Emla {
+        i_max,
+        v_max,
+        core,
+        inverter,
+        brake,
+        heat,
+        temperature,
+        ..
+    } = *p;
+    let known = Emla {
+        i_max,
+        v_max,
+        core,
+        inverter,
+        brake,
+        heat,
+        temperature,
+        ..*known
+    };
+    *p == known
 }
 
 impl MachineFile {

@@ -14,10 +14,13 @@ use cosim::{Experiment, Port, System, Verdict, start_value};
 use machine_file::{Machine, Source};
 use motion_check::gain_rule;
 
-use super::{loads, machine_choice};
+use super::loads;
+use super::machine_choice::{self, GainChoice};
 use crate::machines::path_margins;
 use crate::setup::start_values::{add_settings, path_settings};
-use crate::worlds::{BENDING_STEP, BENDING_SYSTEM, STRICT_SYSTEM, SYSTEM, World, parameter_set_of};
+use crate::worlds::{
+    BENDING_STEP, BENDING_SYSTEM, STRICT_SYSTEM, SYSTEM, World, parameter_set_of, without_worlds,
+};
 
 /// The packed system of the ideal world.
 pub const MACHINE: &str = "Manipulator.ssp";
@@ -157,6 +160,11 @@ impl SetupBuilder<'_> {
 
     /// The system with its machine file and, if the path has loads, the connections for them.
     pub fn system(&self) -> Result<System> {
+        Ok(self.system_and_gains()?.0)
+    }
+
+    /// The system, and a sentence on the gains that the rule gives for its machine file.
+    fn system_and_gains(&self) -> Result<(System, Option<String>)> {
         let mut arguments = self.args.system.clone();
         if let Some(path) = &self.packed {
             arguments.system = Some(path.clone());
@@ -181,7 +189,22 @@ impl SetupBuilder<'_> {
                 system.apply_set(set)?;
             }
         }
-        Ok(system)
+        let Some(machine) = &self.args.file else {
+            return Ok((system, None));
+        };
+        // Those that do not fit the system are told where the experiment is made of them.
+        let settings = start_values
+            .iter()
+            .filter_map(|text| system.parse_settings(text).ok());
+        let choice = GainChoice {
+            machine,
+            sets: &without_worlds(&arguments.parameters),
+            settings: &Vec::from_iter(settings.flatten()),
+        };
+        let gains = choice.bind(&mut system);
+        let gains = gains.with_context(|| format!("--machine {machine}"))?;
+        let sentence = |gains| format!("gains by the rule for {machine}: {gains}");
+        Ok((system, gains.map(sentence)))
     }
 
     fn world_system(&self) -> &'static str {
@@ -196,7 +219,7 @@ impl SetupBuilder<'_> {
     /// The system, ready to run. Fails if arguments do not fit the system or bind a value twice.
     pub fn build(&self) -> Result<RunSetup> {
         let MachineArgs { run, file, .. } = self.args;
-        let system = self.system()?;
+        let (system, gains) = self.system_and_gains()?;
         let mut base = run.experiment(&system)?;
         if let Some(machine) = file {
             let twice = (base.settings.iter())
@@ -210,9 +233,11 @@ impl SetupBuilder<'_> {
         }
         let (schedule, given) = (base.stepping.schedule, base.given(&system)?);
         let mut verdict = check_mentions(run, &system, schedule, &given)?;
-        if let Some(text) = controller_warning(&system, &base)? {
-            verdict.note(text);
-        }
+        let warning = controller_warning(&system, &base)?;
+        gains
+            .into_iter()
+            .chain(warning)
+            .for_each(|text| verdict.note(text));
         set_delays(&system, &mut base)?;
         let mut setup = RunSetup {
             system,

@@ -2,6 +2,7 @@
 //! sets, and the cases (rows of the tables) on which control laws are compared.
 
 use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 use anyhow::Result;
 use clap::ValueEnum;
@@ -128,6 +129,14 @@ pub fn parameter_set_of(name: Option<&str>) -> &'static str {
         .iter()
         .find(|(own, _)| name == Some(*own));
     own.map_or(PARAMETERS, |(_, file)| file)
+}
+
+/// The parameter sets without those that the real world takes by itself.
+pub fn without_worlds(sets: &[PathBuf]) -> Vec<PathBuf> {
+    let own = OWN_PARAMETER_SETS.iter().map(|(_, file)| *file);
+    let own = Vec::from_iter(own.chain([PARAMETERS]).map(Path::new));
+    let sets = sets.iter().filter(|set| !own.contains(&set.as_path()));
+    sets.cloned().collect()
 }
 
 #[cfg(test)]
