@@ -15,6 +15,9 @@ use thiserror::Error;
 const STEP: f64 = 0.01;
 /// Largest number of checked points; on paths of more than 500 s they are further apart.
 const POINTS: f64 = 50_000.0;
+/// A moment between two points is checked too if a speed or an acceleration of the tip exceeds that
+/// at both by this factor: a move that is shorter than [`STEP`].
+const EXCEEDS: f64 = 1.01;
 
 /// Margin of each quantity, in the order of [`Quantity::all`].
 type Margins = [Margin; Quantity::COUNT];
@@ -117,9 +120,8 @@ pub fn check(
     let mut capability = loaded(machine, None)?;
     let mut log = Log::new(out_of_reach(file, machine, start.position.into()));
     let mut near = *zeta;
-    let count = (path.duration() / STEP).ceil().clamp(1.0, POINTS);
-    for k in 0..=count as u32 {
-        let t = path.duration() * (f64::from(k) / count);
+    let mut before = 0.0;
+    for t in times(path) {
         let load = path.load(t);
         if load != carried {
             carried = load;
@@ -144,10 +146,44 @@ pub fn check(
         };
         let demand = capability.demand(&motion);
         let margins = limits.margins(&demand);
-        log.add(path, t, &margins, &demand.tau_e);
+        log.add(path, t, &margins, &demand.tau_e, t - before);
+        before = t;
         observe(t, &margins);
     }
     Ok(log.finish(machine.ratings.in_order().map(|r| r.motor_torque)))
+}
+
+/// The checked times, s: evenly spaced ones, and what moves are shorter than the time between them.
+fn times(path: &TipPath) -> Vec<f64> {
+    let count = (path.duration() / STEP).ceil().clamp(1.0, POINTS);
+    // Speed and acceleration, linear and angular.
+    let sizes = |t: f64| -> [f64; 4] {
+        let tip = path.at(t);
+        let rates = [tip.velocity, tip.acceleration];
+        std::array::from_fn(|k| rates[k / 2].fixed_rows::<3>(3 * (k % 2)).norm())
+    };
+    let mut extremes = path.extremes().into_iter().peekable();
+    let mut times = vec![0.0];
+    let mut last = sizes(0.0);
+    for k in 1..=count as u32 {
+        let t = path.duration() * (f64::from(k) / count);
+        let next = sizes(t);
+        let mut most: [_; 4] = std::array::from_fn(|k| (EXCEEDS * last[k].max(next[k]), None));
+        while let Some(between) = extremes.next_if(|between| *between < t) {
+            for (most, found) in most.iter_mut().zip(sizes(between)) {
+                if found > most.0 {
+                    *most = (found, Some(between));
+                }
+            }
+        }
+        let from = times.len();
+        times.extend(most.iter().filter_map(|(_, between)| *between));
+        times[from..].sort_by(f64::total_cmp);
+        times.push(t);
+        last = next;
+    }
+    times.dedup();
+    times
 }
 
 /// Findings for waypoints or samples farther from the lift joint than the stretched arm.
@@ -185,8 +221,10 @@ struct Log {
     /// Where and when each limit was first exceeded.
     first: [Option<(Place, f64)>; Quantity::COUNT],
     stopped: Option<Finding>,
+    /// Integral of the motors' squared torques, (N·m)²·s, and the time over which it goes, s.
     squares: [f64; 3],
-    count: f64,
+    over: f64,
+    is_empty: bool,
 }
 
 impl Log {
@@ -205,15 +243,17 @@ impl Log {
             first: [None; Quantity::COUNT],
             stopped: None,
             squares: [0.0; 3],
-            count: 0.0,
+            over: 0.0,
+            is_empty: true,
         }
     }
 
-    fn add(&mut self, path: &TipPath, t: f64, margins: &Margins, tau_e: &[f64; 3]) {
+    /// Adds the point at `t`, `dt` after the last one, s.
+    fn add(&mut self, path: &TipPath, t: f64, margins: &Margins, tau_e: &[f64; 3], dt: f64) {
         for (k, margin) in margins.iter().enumerate() {
             // NaN counts as the smallest margin.
             let (least, part) = (&mut self.least[k], margin.part());
-            if self.count == 0.0 || part.is_nan() || part < least.1.part() {
+            if self.is_empty || part.is_nan() || part < least.1.part() {
                 *least = (t, *margin);
             }
             if !margin.holds() && self.first[k].is_none() {
@@ -221,13 +261,16 @@ impl Log {
             }
         }
         for (square, tau) in self.squares.iter_mut().zip(tau_e) {
-            *square += tau * tau;
+            *square += tau * tau * dt;
         }
-        self.count += 1.0;
+        self.over += dt;
+        self.is_empty = false;
     }
 
     fn finish(self, rated: [f64; 3]) -> PathCheck {
-        let torque_rms = self.squares.map(|sum| (sum / self.count.max(1.0)).sqrt());
+        let torque_rms = self
+            .squares
+            .map(|sum| (sum / self.over.max(f64::MIN_POSITIVE)).sqrt());
         let mut limits = Vec::new();
         for (first, (t_worst, worst)) in self.first.into_iter().zip(self.least) {
             if let Some((place, t)) = first {

@@ -101,6 +101,12 @@ impl Legs {
         Ok((Self { start, legs }, stops))
     }
 
+    /// Times at which the acceleration or the speed of a leg is largest, s.
+    pub(crate) fn extremes(&self) -> impl Iterator<Item = f64> {
+        let of = |leg: &Leg| leg.profile.extremes().map(|t| leg.begins + t);
+        self.legs.iter().flat_map(of)
+    }
+
     /// Motion at `t`, s.
     pub(crate) fn at(&self, t: f64) -> TipMotion {
         let next = self.legs.partition_point(|leg| leg.begins <= t);

@@ -110,6 +110,14 @@ impl TipPath {
         }
     }
 
+    /// Times near which acceleration or speed is largest, s, ascending.
+    pub(crate) fn extremes(&self) -> Vec<f64> {
+        let mut times = Vec::from_iter(self.legs.extremes());
+        times.extend(self.spline.iter().flat_map(|(_, spline)| spline.extremes()));
+        times.sort_by(f64::total_cmp);
+        times
+    }
+
     /// The load at `t`, s, in addition to the machine's own payload; None before its first change.
     /// It changes smoothly, as 3 p² − 2 p³ of the elapsed part p.
     pub fn load(&self, t: f64) -> Option<Load> {

@@ -64,6 +64,17 @@ impl Profile {
         self.duration
     }
 
+    /// Times at which acceleration and speed are largest, s, ascending.
+    pub fn extremes(&self) -> [f64; 5] {
+        let Self {
+            t_j,
+            t_a,
+            duration: T,
+            ..
+        } = *self;
+        [t_j, t_a - t_j, 0.5 * T, T - t_a + t_j, T - t_j]
+    }
+
     /// Part of the way and its first two derivatives at `t`, s; at rest outside the duration.
     pub fn at(&self, t: f64) -> [f64; 3] {
         if t <= 0.0 {

@@ -56,6 +56,15 @@ impl Spline {
         self.knots[self.knots.len() - 1].t
     }
 
+    /// Times near which the acceleration or the speed is largest, s: four in each interval.
+    pub(crate) fn extremes(&self) -> impl Iterator<Item = f64> {
+        let of = |pair: &[Knot]| {
+            let (from, over) = (pair[0].t, pair[1].t - pair[0].t);
+            [0.0, 0.25, 0.5, 0.75].map(|part| from + part * over)
+        };
+        self.knots.windows(2).flat_map(of)
+    }
+
     /// Index of the interval that `t` lies in, s.
     pub(crate) fn interval(&self, t: f64) -> usize {
         let next = self.knots.partition_point(|knot| knot.t <= t);
