@@ -164,3 +164,11 @@ def test_sizing_is_not_good_over_a_machine_that_swings(fmu_dir):
     soft = [option for k in (1, 2, 3) for name in names for option in ("--set", name.format(k))]
     done = call("hdrm-fmu", "sizing", "--check", "--system", fmu_dir / "Real.ssp", "--payload-step", 0, "--stop-time", 5, *soft)
     assert done.returncode == 2 and "emla_2 swings: " in done.stdout, done.stdout
+
+
+def test_sizing_is_not_good_over_a_machine_that_strays_from_its_path(fmu_dir):
+    """By the bound of `machine check`: a law that does not know the payload is 7 mm off."""
+    options = ["--system", fmu_dir / "Manipulator.ssp", "--payload-step", 0, "--stop-time", 7, "--set", "controller.trajectory=triangular"]
+    for mode, told in ("modular", "verdict: good"), ("pd", ": tip error 7.13 mm, more than 1.9"):
+        done = call("hdrm-fmu", "sizing", "--check", *options, "--set", f"controller.mode={mode}")
+        assert (done.returncode == 0) == (mode == "modular") and told in done.stdout, done.stdout

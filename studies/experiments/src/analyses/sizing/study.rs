@@ -9,6 +9,7 @@ use serde::Serialize;
 use super::axis::Axis;
 use super::payload::{Sensitivity, sensitivity};
 use super::recorded::{columns, ports, start_values};
+use crate::analyses::trials::strays;
 use crate::measures::energy;
 use crate::measures::run::RecordedRun;
 use crate::setup::machine_choice::MachineFile;
@@ -20,7 +21,8 @@ pub struct Sizing {
     pub axes: Vec<Axis>,
     /// Sensitivity to the payload; empty where it was not varied.
     pub payload: Vec<Sensitivity>,
-    /// The bad findings of the run, and the ratings that are exceeded.
+    /// The bad findings of the run, a tip error too large for the reach, and the ratings that are
+    /// exceeded.
     #[serde(skip)]
     pub verdict: Verdict,
 }
@@ -70,6 +72,9 @@ pub fn evaluate(
             verdict.object(finding.text.clone());
         }
     }
+    // Loads of a machine that swings on its path are none of the path's.
+    let strays = strays(&machine, recorded.outcome.tip.motion.rms());
+    strays.into_iter().for_each(|text| verdict.object(text));
     axes.iter().for_each(|axis| axis.judge(&mut verdict));
     Ok(Sizing {
         axes,
