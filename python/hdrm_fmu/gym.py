@@ -94,7 +94,7 @@ class Environment(gymnasium.Env[np.ndarray, np.ndarray]):
         super().reset(seed=seed)
         values = {**self._settings, **by_name((options or {}).get("settings"))}
         drawn = int(self.np_random.integers(2**31)) if self._world == "real" else None
-        with all_settings(self.system, values, drawn, self._machine) as settings:
+        with all_settings(self.system, values, drawn, self._machine) as (settings, _):
             if self._stack is None:
                 self._stack = ExitStack()
                 before = self.system.settings

@@ -74,22 +74,23 @@ def case_settings(case, world):
 
 @contextmanager
 def all_settings(system, values, seed, machine):
-    """The start values, with those of the machine drawn by seed and of the machine file, which exists within this context."""
+    """The start values, with those of the machine drawn by seed and of the machine file, which exists within this context, and its gains by
+    the rule; second, a list of these gains in words."""
     if machine is None:
         drawn = None if seed is None else system._native.draw(seed)
-        yield {**(dict(drawn.settings) if drawn else {}), **values}
+        yield {**(dict(drawn.settings) if drawn else {}), **values}, None
     else:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "machine.json"
             file.write_text(machine)
-            files = [n for n in system.variables if n.endswith(".machine_file")]
-            if not files:
+            if not any(name.endswith(".machine_file") for name in system.variables):
                 raise BadInput(f"a machine is for FMUs that read a machine file (`machine_file`): `{system.path}` has none")
-            # The actuators are those of the machine's axes, in the order of the system.
-            axes = [n for n in system.variables if n.endswith(".axis")]
-            places = {name: place for place, name in enumerate(axes, 1)}
+            try:
+                bound, gains = system._native.for_machine(str(file), list(system._values(values).items()))
+            except RunFailed as error:
+                raise BadInput(f"the machine: {error}") from None
             drawn = None if seed is None else system._native.draw(seed, str(file))
-            yield {**dict.fromkeys(files, str(file)), **places, **(dict(drawn.settings) if drawn else {}), **values}
+            yield {**dict(bound), **(dict(drawn.settings) if drawn else {}), **values}, gains
 
 
 @explicit
@@ -121,7 +122,8 @@ def run(
     seed : of the machine and of the sensors' errors in the world `real`; default: the machine as drawn, sensors of their own seed. With
         `machine` the manipulator is drawn around that one, which all other FMUs use as it is.
     machine : a machine file that all FMUs use: a shipped one by name (`reference`, `sized`, `hiab_xs031`), a path, or what is in it. In the
-        world `real` a shipped machine, or one that extends it, brings its gains.
+        world `real` a shipped machine, or one that extends it, brings its gains; gains that are not given are those of the rule of
+        `hdrm-fmu machine gains`, and the findings list them.
     waypoints : path that the tip follows instead of a trajectory: a JSON or CSV file of waypoints or samples, `iso9283-cube` or
         `iso9283-rectangle`, what is in such a JSON file, a DataFrame with the columns of such a CSV file, or positions of the shape (n, 3), m.
         Loads that it picks up act on the manipulator.
@@ -160,7 +162,7 @@ def run(
         raise BadInput(f"`{name}` is given twice, once in settings")
     values, seed = case_settings({**case, **settings}, world)
     about = {"world": None if system is not None else world, "seed": seed, "machine": text, "given": values}
-    with all_settings(chosen, values, seed, text) as values:
+    with all_settings(chosen, values, seed, text) as (values, about["gains"]):
         return chosen._run(inputs, progress, {**completed, "settings": values}, about)
 
 

@@ -268,9 +268,13 @@ class System(Stepped):
         except RunFailed as error:
             raise BadInput(str(error)) from None
 
-    def _conditions(self, settings=None, stop_time=None):
+    def _values(self, settings):
+        """The start values of the system and these, by full name, as text."""
         names, allows = self._names, bool(self.allow_nonfinite)
-        values = {**names.settings(self.settings, allows=allows), **names.settings(by_name(settings), allows=allows)}
+        return {**names.settings(self.settings, allows=allows), **names.settings(by_name(settings), allows=allows)}
+
+    def _conditions(self, settings=None, stop_time=None):
+        values = self._values(settings)
         check_free(self._tip_path, values)
         choice("schedule", self.schedule, SCHEDULES)
         step, stop = positive("step", self._step), positive("stop_time", stop_time)
@@ -395,6 +399,8 @@ class System(Stepped):
         time = ("time", np.frombuffer(done["time"]), {"units": "s", "long_name": "time"})
         data = Result(variables, coords={"time": time})
         found = [("! " if is_bad else "- ") + text for is_bad, text in done["findings"]]
+        if about.get("gains"):
+            found.append(f"- gains by the rule for the machine: {about['gains']}")
         data.attrs = {
             "verdict": "BAD" if done["is_bad"] else "good",
             "findings": "\n".join(found),

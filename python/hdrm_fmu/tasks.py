@@ -44,7 +44,7 @@ def _system(spec, path=None):
 
 def case_key(spec, case):
     """Name of a case's result: a hash of all that it depends on. The machine of a seed follows from the rest."""
-    with all_settings(system := _system(spec, case.path), case.values, None, spec["machine"]) as settings:
+    with all_settings(system := _system(spec, case.path), case.values, None, spec["machine"]) as (settings, _):
         numbers = system._key(settings, spec["stop_time"])
     options = {name: spec[name] for name in ("signals", "interval", "max_error", "metrics")}
     text = json.dumps([identity(), numbers, case.seed, options], sort_keys=True)
@@ -59,7 +59,7 @@ def system_key(spec):
 def start_case(spec, case):
     """Start a case and end it at once, so that the controller checks its path."""
     system = _system(spec, case.path)
-    with all_settings(system, case.values, case.seed, spec["machine"]) as system.settings, system:
+    with all_settings(system, case.values, case.seed, spec["machine"]) as (system.settings, _), system:
         system._is_judged = True
 
 
@@ -75,7 +75,7 @@ def run_case(expected, spec, case, key):
     options = {name: spec[name] for name in ("interval", "stop_time", "max_error", "metrics")}
     signals = spec["signals"]
     try:
-        with all_settings(system, case.values, case.seed, spec["machine"]) as settings:
+        with all_settings(system, case.values, case.seed, spec["machine"]) as (settings, _):
             data = system.run(settings=settings, signals=[] if signals is None else signals, **options)
     except RunFailed as error:
         return {"verdict": "failed", "findings": "", "error": str(error)}, None

@@ -11,13 +11,15 @@ use cosim::io::input_table::{Column, Table};
 use cosim::master::Schedule;
 use cosim::run::run_key::RunKey;
 use cosim::run::signals::connected;
+use cosim::structure::Parameter;
 use cosim::structure::package::{FmuPlace, Package, read};
 use cosim::structure::system::{Setting, System as Loaded};
 use cosim::{Experiment, Port, Verdict, matching};
 use experiments::measures::run::default_signals;
+use experiments::setup::loads;
+use experiments::setup::machine_choice::{self, GainChoice};
 use experiments::setup::run_setup::{check_mentions, set_delays};
-use experiments::setup::{loads, machine_choice};
-use experiments::worlds::{Bounds, Cases};
+use experiments::worlds::{Bounds, Cases, without_worlds};
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -30,6 +32,8 @@ use crate::session::Session;
 #[pyclass(frozen)]
 pub struct System {
     system: Arc<Loaded>,
+    /// Parameter sets that the user gives.
+    sets: Vec<PathBuf>,
 }
 
 /// The files of a system, and the changes to it, as `hdrm_fmu.System` takes them.
@@ -90,6 +94,9 @@ struct Conditions {
 
 /// Inputs that no connection drives, over time: times (s), and columns with names and units.
 type Inputs = (Vec<f64>, Vec<(String, Option<String>, Vec<f64>)>);
+
+/// Start values for a machine file: names and values; its gains by the rule, in words.
+type MachineBound = (Vec<(String, String)>, Option<String>);
 
 /// A machine of the real world, drawn by seed; its file exists as long as this object.
 #[pyclass(frozen)]
@@ -172,8 +179,10 @@ impl System {
                 "`{input}` cannot be disconnected: no connection drives it"
             );
         }
-        let system = Arc::new(system);
-        Ok(Self { system })
+        Ok(Self {
+            system: Arc::new(system),
+            sets: without_worlds(&source.parameters),
+        })
     }
 
     /// The experiment, by the same rules as the programs' command lines, with findings such as
@@ -244,6 +253,31 @@ impl System {
         let mut system = Loaded::clone(&self.system);
         machine_choice::bind(&mut system, machine)?;
         Ok(system)
+    }
+
+    /// Start values with which the system runs with a machine file: its name, axes, and the gains by
+    /// the rule, as in `hdrm-fmu run --machine`; the user gives `values`. Second, a list of the gains
+    /// in words.
+    fn bound_for(&self, machine: &str, values: &[(String, String)]) -> Result<MachineBound> {
+        let mut system = self.with_machine(machine)?;
+        let mut settings = Vec::new();
+        for (name, value) in values {
+            settings.extend(system.settings(name, value)?);
+        }
+        let choice = GainChoice {
+            machine,
+            sets: &self.sets,
+            settings: &settings,
+        };
+        let gains = choice.bind(&mut system)?;
+        let mut bound = Vec::new();
+        for component in &system.structure.components {
+            let own = component.parameters.iter();
+            let own = own.filter(|parameter| parameter.origin == machine_choice::ORIGIN);
+            let named = |p: &Parameter| (format!("{}.{}", component.name, p.name), p.value.clone());
+            bound.extend(own.map(named));
+        }
+        Ok((bound, gains))
     }
 
     /// Draws the machine of `seed` around the system's own machine or that of the file `machine`.
@@ -368,6 +402,17 @@ impl System {
     fn draw(&self, py: Python<'_>, seed: u64, machine: Option<&str>) -> PyResult<DrawnMachine> {
         let drawn = py.detach(|| self.drawn(seed, machine));
         drawn.map_err(to_exception)
+    }
+
+    /// Start values for a machine file besides those of the user, and a list of its gains by the rule.
+    fn for_machine(
+        &self,
+        py: Python<'_>,
+        machine: &str,
+        values: Vec<(String, String)>,
+    ) -> PyResult<MachineBound> {
+        let bound = py.detach(|| self.bound_for(machine, &values));
+        bound.map_err(to_exception)
     }
 
     /// Makes a whole run; the Python package documents the values.

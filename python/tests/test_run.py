@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pandas
 import pytest
 
 import hdrm_fmu
@@ -88,6 +89,29 @@ def test_a_machine_brings_its_gains_into_the_real_world():
     assert not own.equals(reference)
     for machine in ("hiab_xs031", {"extends": "hiab_xs031"}):
         assert hdrm_fmu.run(machine=machine, **options).equals(own)
+
+
+def test_a_machine_with_other_gears_takes_the_gains_of_the_rule_as_in_the_program(tmp_path):
+    """With the reference machine's gains it swings: 10.9 mm. A gain of one's own stays, and the rule's others fit it."""
+    mine, file = {"extends": "reference", "emla": {"N_gear": 10}}, tmp_path / "mine.json"
+    file.write_text(json.dumps(mine))
+    options = {"trajectory": "triangular", "mode": "adaptive", "stop_time": 5.0, "signals": []}
+    data = hdrm_fmu.run(machine=mine, **options)
+    told = ["--set", "controller.trajectory=triangular", "--set", "controller.mode=adaptive", "--stop-time", "5"]
+    command = [program(), "run", "--system", hdrm_fmu.systems()["Manipulator"], "--machine", file, *told]
+    done = subprocess.run(list(map(str, command)), capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert 0 < data.attrs["tip_rmse"] < 1e-4 and f"RMSE {1e3 * data.attrs['tip_rmse']:.4f} mm" in done.stdout
+    (line,) = [line for line in data.attrs["findings"].splitlines() if "gains by the rule for the machine: " in line]
+    assert line.rpartition("rule for ")[2].partition(": ")[2] in done.stdout and "K_f = " in line and "alpha = 0" in line
+    own = hdrm_fmu.run(machine=mine, settings={"controller.K_f": 2.4e-4}, **options).attrs["findings"]
+    assert "gains by the rule" in own and "K_f = " not in own and "K_v = " in own
+    frame = pandas.DataFrame({"trajectory": ["triangular"], "mode": ["adaptive"]})
+    assert hdrm_fmu.sweep(frame, machine=mine, stop_time=5.0, out=tmp_path / "sweep")["tip_rmse"].item() == data.attrs["tip_rmse"]
+    with pytest.raises(BadInput, match="geometry.x0_2"):
+        hdrm_fmu.run(machine={"extends": "reference", "geometry": {"x0_2": 1.2}}, **options)
+    with pytest.raises(BadInput, match="no `controller.Lambda_position`"):
+        hdrm_fmu.run(machine={"extends": "reference", "emla": {"N_gear": 80, "rho": 0.008}}, **options)
 
 
 def test_a_machine_drawn_around_another_is_that_of_the_program(tmp_path):
