@@ -18,7 +18,7 @@ const SPREAD_STEPS: u32 = 6;
 /// K_i ~ L_q   K_f ~ K_i/β₁   K_v ~ K_f J (2πN/ρ)²   γ ~ Σ (m g x)²/(M ω²)   κ, ω_d, ω_i, T as they are
 /// ```
 /// `Lambda_position` is the reference machine's, or the largest with which every mode of the loop
-/// ([`crate::drive_loop`]) has the damping ratio of 10 %; where that is below 5 1/s, the largest up to
+/// (`drive_loop`) has the damping ratio of 10 %; where that is below 5 1/s, the largest up to
 /// it with 5 %. One controller has one set of gains for its three drives: that with the
 /// smallest inductance, the largest force per current and the lightest motor bounds them.
 pub fn ideal_gains(machine: &Machine) -> Result<Vec<RuledGain>, GainError> {
