@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result, ensure};
-use cosim::structure::DataType;
+use cosim::structure::{Component, DataType, Parameter};
 use cosim::{Port, Setting, System};
 use machine_file::{AXES, Emla, Machine, Source, preset};
 use motion_check::gain_rule;
@@ -101,8 +101,7 @@ impl GainChoice<'_> {
         {
             return Ok(None);
         }
-        let bound = &system.structure.components[controller].parameters;
-        let loops = bound.iter().rev().find(|p| p.name == "current_loop");
+        let loops = bound_to(&system.structure.components[controller], "current_loop");
         let has_current_loops = loops.is_some_and(|p| ["true", "1"].contains(&p.value.as_str()));
         let own = gain_rule::IDEAL.into_iter().filter_map(|name| {
             let value = self.said(system, controller, name)?.parse().ok()?;
@@ -158,8 +157,7 @@ impl GainChoice<'_> {
     fn said<'b>(&'b self, system: &'b System, component: usize, name: &str) -> Option<&'b str> {
         let port = system.port_of(component, name).ok()?;
         let set = self.settings.iter().rev().find(|set| set.port == port);
-        let bound = &system.structure.components[component].parameters;
-        let bound = bound.iter().rev().find(|p| p.name == name);
+        let bound = bound_to(&system.structure.components[component], name);
         let is_user = |origin: &str| {
             let mut sets = self.sets.iter().map(|set| set.to_string_lossy());
             sets.any(|set| origin.contains(&*set))
@@ -176,7 +174,7 @@ impl GainChoice<'_> {
         }
         let fmu = &system.fmus[component];
         let component = &mut system.structure.components[component];
-        let own = component.parameters.iter().rev().find(|p| p.name == name);
+        let own = bound_to(component, name);
         let start = || {
             let index = fmu.description.index(name)?;
             fmu.description.variables[index].start.first().cloned()
@@ -189,6 +187,11 @@ impl GainChoice<'_> {
         component.bind(name, value.to_string(), DataType::Real, ORIGIN);
         true
     }
+}
+
+/// The value of the parameter that counts, of those bound to a component: the last one.
+fn bound_to<'a>(component: &'a Component, name: &str) -> Option<&'a Parameter> {
+    component.parameters.iter().rev().find(|p| p.name == name)
 }
 
 /// Whether the network of the reference actuator holds for `p`: the same but for the drive's
@@ -235,7 +238,7 @@ impl MachineFile {
     pub fn from_parameter(system: &System, settings: &[Setting], file: Port) -> Result<Self> {
         let component = &system.structure.components[file.component];
         let name = &system.variable(file).name;
-        let bound = component.parameters.iter().rev().find(|p| p.name == *name);
+        let bound = bound_to(component, name);
         let set = settings.iter().rev().find(|s| s.port == file);
         let set = set.map(|s| &s.value).or(bound.map(|p| &p.value));
         let set = set.filter(|name| !name.is_empty());
