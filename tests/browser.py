@@ -17,6 +17,7 @@ from pathlib import Path
 
 import pytest
 from selenium import webdriver
+from selenium.common.exceptions import TimeoutException
 from selenium.webdriver.support.ui import WebDriverWait
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
@@ -179,7 +180,16 @@ def webkit():
 
 def until(chrome, condition):
     """Waits for it. How long is no measure: a page that never gets there ends the wait, a busy machine does not."""
-    return WebDriverWait(chrome, 300, 0.05).until(lambda _: condition())
+    try:
+        return WebDriverWait(chrome, 300, 0.05).until(lambda _: condition())
+    except TimeoutException:
+        said = chrome.execute_script("return ['message', 'broken-text', 'clock'].map((id) => document.getElementById(id)?.innerText ?? '')")
+        raise AssertionError(f"it never came; the page says {said}") from None
+
+
+def pictured(chrome):
+    """Waits until the window has shown what the page's state was when this was called."""
+    run(chrome, "await new Promise((shown) => requestAnimationFrame(() => requestAnimationFrame(shown)))")
 
 
 def shown(chrome, name):

@@ -19,7 +19,7 @@ from selenium.webdriver.common.keys import Keys
 from selenium.webdriver.support.ui import Select
 
 import native
-from browser import chromium, downloaded, drop, noise, remarks, run, shown, until
+from browser import chromium, downloaded, drop, noise, pictured, remarks, run, shown, until
 from conftest import FMU_DIR
 
 PAGE = Path(os.environ.get("MACHINE_PAGE", FMU_DIR.parent / "web/machine.html")).resolve()
@@ -302,7 +302,7 @@ def test_the_tip_is_pushed_by_dragging(page):
     """The farther, the harder; let go, the force ends."""
     restart(page, trajectory="rates", controller__settle_time=0)
     page.execute_script("document.querySelector('[data-view=side]').click()")
-    until(page, lambda: shown(page, "clock") == "0.00 s")
+    pictured(page)
     force = lambda: sum(get(page, f"hdrm.wrench_env[{k}]") ** 2 for k in (1, 2, 3)) ** 0.5
     ball = run(
         page,

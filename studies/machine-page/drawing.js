@@ -199,6 +199,8 @@ class MachineDrawing {
     // In a picture higher than wide the eye goes back until the width fits.
     this.camera.position.set(...eye).sub(this.controls.target).multiplyScalar(Math.max(1, 1.15 / this.camera.aspect)).add(this.controls.target);
     this.controls.update();
+    // Who points at the machine before the next picture points by this view.
+    this.camera.updateMatrixWorld();
   }
 
   render() {

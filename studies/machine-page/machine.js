@@ -56,8 +56,8 @@ const STOP = "controller.tripped[1]";
 const STOP_NEEDS = "The emergency stop needs the supervisor: tick it under Controller.";
 /* A joint or rod this near to its limit is at the end of its travel, rad and m; a body this near to the floor is warned of, m. */
 const [JOINT_END, STROKE_END, FLOOR_NEAR] = [0.02, 0.01, 0.1];
-/* A joint is where its slider was put when it is this near, rad. */
-const JOINT_THERE = 2e-3;
+/* A slider leads its joint with this gain, 1/s; it is where it was put when it is this near, rad. */
+const [JOINT_GAIN, JOINT_THERE] = [2, 2e-3];
 /* After a script has advanced the run: it rests from so long on; until then a picture comes that often, ms. */
 const [SCRIPT_RESTS, SCRIPT_PICTURES] = [60, 500];
 
@@ -733,14 +733,20 @@ class LivePage extends Page {
       if (text.textContent !== words) text.textContent = words;
       if (this.goals[k] === null) field.value = zeta[k];
     });
+    const { time } = this.latest;
+    if (time !== this.followed) [this.followed, this.between] = [time, Math.abs(time - this.followed) || 0];
     if (this.goals.every((goal) => goal === null)) return;
     if (this.levers.kind !== "joint" && !this.commanding) {
       this.levers.lead("joint");
       this.attempt(() => this.lead("rates joint"));
       return;
     }
-    const rates = this.goals.map((goal, k) => (goal === null ? 0 : Math.min(Math.max(2 * (goal - zeta[k]), -MOST.joint[k]), MOST.joint[k])));
-    this.goals = this.goals.map((goal, k) => (goal !== null && Math.abs(goal - zeta[k]) < JOINT_THERE ? null : goal));
+    // A rate holds until the next picture: where those come seldom a joint goes more slowly, lest it swings about its goal.
+    const gain = Math.min(JOINT_GAIN, 0.25 / this.between);
+    const rates = this.goals.map((goal, k) => (goal === null ? 0 : Math.min(Math.max(gain * (goal - zeta[k]), -MOST.joint[k]), MOST.joint[k])));
+    // It is there once it is near and slow.
+    const there = (goal, k) => Math.abs(goal - zeta[k]) < JOINT_THERE && Math.abs(this.commanded[k]) <= 2 * JOINT_GAIN * JOINT_THERE;
+    this.goals = this.goals.map((goal, k) => (goal !== null && there(goal, k) ? null : goal));
     this.command("joint", rates.map((rate, k) => (this.goals[k] === null ? 0 : Number(rate.toPrecision(3)))));
   }
 
