@@ -188,8 +188,8 @@ def until(chrome, condition):
 
 
 def pictured(chrome):
-    """Waits until the window has shown what the page's state was when this was called."""
-    run(chrome, "await new Promise((shown) => requestAnimationFrame(() => requestAnimationFrame(shown)))")
+    """Waits until the window has shown what the page's state was when this was called; no picture comes while a script advances the run."""
+    run(chrome, "await new Promise((rested) => setTimeout(rested, 100)); await new Promise((shown) => requestAnimationFrame(() => requestAnimationFrame(shown)))")
 
 
 def shown(chrome, name):

@@ -8,7 +8,7 @@ export class Engine {
   #next = 1;
   /* Of the last answer or frame, s. */
   time = NaN;
-  /* Called with {time, values, history, factor, share, error} up to 60 times a second. */
+  /* Called with {time, values, history, factor, share, error} up to 60 times a second; less often where that takes long. */
   onframe = null;
   /* Of what runs: name, structures, parameters, components, start, stop, step. */
   about = null;
@@ -41,6 +41,7 @@ export class Engine {
   #receive({ id, ok, error, time, frame }) {
     this.time = frame?.time ?? time ?? this.time;
     if (frame) {
+      this.#worker.postMessage({ seen: true });
       this.onframe?.(frame);
       return;
     }

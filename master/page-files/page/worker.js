@@ -393,6 +393,8 @@
     rows = [];
     planned = [];
     next = 0;
+    /* Frames that the page has not seen yet. */
+    unseen = 0;
 
     async open({ engine, system }) {
       this.playing = false;
@@ -541,7 +543,7 @@
         const took = performance.now() - from;
         slice = Math.max(1, Math.min(4096, Math.round((slice * 20) / Math.max(took, 1))));
         if (performance.now() - (this.reported ?? 0) > FRAME) {
-          this.report((made * this.step * 1000) / (performance.now() - begin), 1);
+          if (this.isSeen) this.report((made * this.step * 1000) / (performance.now() - begin), 1);
           await breath();
         }
       }
@@ -598,16 +600,22 @@
           const now = performance.now();
           each = 0.8 * each + (0.2 * (now - begin)) / n;
           if (wanted > able) this.pace();
-          this.report(((this.time - before) * 1000) / (now - last), (now - begin) / Math.max(now - last, now - begin));
+          if (this.isSeen || this.error) this.report(((this.time - before) * 1000) / (now - last), (now - begin) / Math.max(now - last, now - begin));
           last = now;
         }
         await breath(Math.max(0, FRAME - (performance.now() - begin)));
       }
     }
 
+    /* A page that is slow with its frames gets fewer, each with all rows since the one before: in a queue they would be of long ago. */
+    get isSeen() {
+      return this.unseen < 2;
+    }
+
     /* A frame for the page. */
     report(factor = 0, share = 0) {
       this.reported = performance.now();
+      this.unseen += 1;
       const size = this.rows.reduce((n, rows) => n + rows.length, 0);
       const history = new Float64Array(size);
       this.rows.reduce((at, rows) => (history.set(rows, at), at + rows.length), 0);
@@ -643,6 +651,10 @@
     }
   }
   const receive = (message) => {
+    if (message.seen) {
+      session.unseen -= 1;
+      return;
+    }
     // At once, also while the run advances.
     if (message.command === "pause") session.stops = true;
     turn = turn.then(() => obey(message));
