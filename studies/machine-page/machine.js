@@ -715,6 +715,7 @@ class LivePage extends Page {
   /* A slider for each joint, over its range: the machine goes where it is put, as fast as the levers may. */
   jointSliders() {
     this.goals = this.data.joints.map(() => null);
+    Object.assign(this, { near: [], followed: 0 });
     this.sliders = this.data.joints.map(([least, most], k) => {
       const row = html`<label class="row"><span>${LEVERS.joint[k].name}</span><b></b><input type="range" min="${least}" max="${most}" step="0.001"></label>`;
       const field = row.querySelector("input");
@@ -733,20 +734,22 @@ class LivePage extends Page {
       if (text.textContent !== words) text.textContent = words;
       if (this.goals[k] === null) field.value = zeta[k];
     });
-    const { time } = this.latest;
-    if (time !== this.followed) [this.followed, this.between] = [time, Math.abs(time - this.followed) || 0];
     if (this.goals.every((goal) => goal === null)) return;
     if (this.levers.kind !== "joint" && !this.commanding) {
       this.levers.lead("joint");
       this.attempt(() => this.lead("rates joint"));
       return;
     }
+    const { time } = this.latest;
+    if (time === this.followed) return;
     // A rate holds until the next picture: where those come seldom a joint goes more slowly, lest it swings about its goal.
-    const gain = Math.min(JOINT_GAIN, 0.25 / this.between);
+    const gain = Math.min(JOINT_GAIN, 0.25 / Math.abs(time - this.followed));
+    this.followed = time;
     const rates = this.goals.map((goal, k) => (goal === null ? 0 : Math.min(Math.max(gain * (goal - zeta[k]), -MOST.joint[k]), MOST.joint[k])));
-    // It is there once it is near and slow.
-    const there = (goal, k) => Math.abs(goal - zeta[k]) < JOINT_THERE && Math.abs(this.commanded[k]) <= 2 * JOINT_GAIN * JOINT_THERE;
-    this.goals = this.goals.map((goal, k) => (goal !== null && there(goal, k) ? null : goal));
+    // It is there once it is near and slow in two pictures, for one may be of a while ago.
+    const near = this.goals.map((goal, k) => goal !== null && Math.abs(goal - zeta[k]) < JOINT_THERE && Math.abs(this.commanded[k]) <= 2 * JOINT_GAIN * JOINT_THERE);
+    this.goals = this.goals.map((goal, k) => (near[k] && this.near[k] ? null : goal));
+    this.near = near;
     this.command("joint", rates.map((rate, k) => (this.goals[k] === null ? 0 : Number(rate.toPrecision(3)))));
   }
 

@@ -41,8 +41,11 @@ export class Engine {
   #receive({ id, ok, error, time, frame }) {
     this.time = frame?.time ?? time ?? this.time;
     if (frame) {
-      this.#worker.postMessage({ seen: true });
-      this.onframe?.(frame);
+      try {
+        this.onframe?.(frame);
+      } finally {
+        this.#worker.postMessage({ seen: true });
+      }
       return;
     }
     const { resolve, reject } = this.#waiting.get(id);
