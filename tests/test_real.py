@@ -117,3 +117,11 @@ def test_power_and_heat_balance_of_the_rig(fmus, drive):
     print(f"{drive}: {supplied - given - lost - stored:.3g} J of {turnover:.3g} J; heat {lost - inverter - heat - thermal:.3g} J of {lost:.3g} J")
     assert turnover > 1e3 and abs(supplied - given - lost - stored) < 1e-3 * turnover
     assert abs(lost - inverter - heat - thermal) < 1e-6 * lost
+
+
+def test_noise_moves_no_estimate_of_a_machine_at_rest(fmu_dir, tmp_path):
+    """Within 5 s it does: there a machine may be about to move. Then the estimates stay as they are, to the last bit."""
+    names = ["controller.mass_hat.A2", "controller.mass_hat.PL"]
+    settings = {"controller": {"trajectory": "rates"}}
+    made = recorded(tmp_path / "rest.csv", names, "--system", fmu_dir / "Real.ssp", "--stop-time", 10, "--interval", 1, settings=settings)
+    assert (made[1] != made[4]).all() and (made[6] == made[10]).all()

@@ -75,10 +75,11 @@ impl Controller {
         } = self;
         let is_blocked = state.motion.is_blocked();
         if let Some(machine) = &now.machine {
+            let before = feedback_at_rest(state.standstill.share());
+            let lacking = std::array::from_fn(|j| machine.zeta_dot_r[j] - input.zeta_dot[j]);
+            state.standstill.advance(&machine.desired, &lacking, h);
             if reference.rates().is_none() {
                 // Keeps Λ z, which the integral contributes to the required rates.
-                let before = feedback_at_rest(state.standstill.share());
-                state.standstill.advance(&machine.desired, h);
                 let after = feedback_at_rest(state.standstill.share());
                 state
                     .integral
@@ -93,7 +94,8 @@ impl Controller {
                 };
                 state.bodies.weigh(&felt, hook, h)
             });
-            let may_learn = !is_empty && !now.is_at_force_limit();
+            let is_excited = !state.standstill.teaches_nothing();
+            let may_learn = is_excited && !is_empty && !now.is_at_force_limit();
             if may_learn && !is_blocked && state.supervisor.stage() < Stage::Frozen {
                 let law = settings.mode.law();
                 law.learn(&mut state.bodies, &machine.motions, &settings.gains, h);
