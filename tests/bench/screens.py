@@ -26,7 +26,7 @@ def main(page, folder):
         chrome.execute_cdp_cmd("Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": theme}]})
         chrome.get("about:blank")
         chrome.get(page.resolve().as_uri())
-        if chrome.execute_script("return typeof machine !== 'undefined'"):
+        if chrome.execute_script("return typeof machine !== 'undefined' && 'ready' in machine"):
             run(chrome, "await machine.ready")
             until(chrome, lambda: chrome.execute_script("return machine.time > 2"))
         for k in range(MOST):

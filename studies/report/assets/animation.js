@@ -28,7 +28,7 @@
   function readout() {
     const number = (name, factor, digits) => {
       const v = valueAt(run, name, time);
-      return Number.isNaN(v) ? "–" : (v * factor).toFixed(digits);
+      return Number.isNaN(v) ? "–" : (v * factor).toFixed(digits).replace(/^-(?!.*[1-9])/, "").replace("-", "−");
     };
     const row = (label, i) => html`<tr><td>${label}</td><td>${number(`hdrm.x[${i}]`, 1000, 1)}</td><td>${number(`hdrm.x_dot[${i}]`, 1000, 1)}</td><td>${number(`emla_${i}.F`, 1e-3, 2)}</td><td>${number(`emla_${i}.i_q`, 1, 2)}</td></tr>`;
     show("readout",
