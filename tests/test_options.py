@@ -543,7 +543,7 @@ STUDIES = {
         {"plain": "machine export reference"},
         {"--mjcf": Acts("--mjcf m.xml"), "--urdf": Acts("--urdf m.urdf")},
     ),
-    "machine scene": ({"plain": "machine scene"}, {"--out": Acts("--out other.json")}),
+    "machine scene": ({"plain": "machine scene"}, {"--out": Acts("--out other.json"), "--page": Refused("--page absent.html", "absent.html")}),
     "path check": (
         {"plain": "path check six-joints"},
         {"--machine": Acts("--machine hiab_xs031"), "--figures": Acts("--figures ."), "--json": Acts("--json p.json")},

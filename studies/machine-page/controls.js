@@ -26,11 +26,11 @@ const AXES = [1, 2, 3];
 /*
  * Rows: where (`sheet`), what it is called, unit shown, `factor` from the unit shown to that of the variables, range, what it is at the start
  * (`start`, in the unit shown; left out: what the variable is), and the variables that get the value. Each is left out where the system has no
- * such variable. `list`: names to choose from; `flag`: a switch; `inverse`: the variable is `factor` over what is shown; `hint`: what it does.
+ * such variable. `perPayload`: range and start are parts of the machine's payload. `list`: names to choose from; `flag`: a switch; `inverse`: the variable is `factor` over what is shown; `hint`: what it does.
  */
 export const CONTROLS = [
-  { sheet: "load", label: "Payload", unit: "kg", range: [0, 600, 10], names: ["hdrm.payload.mass"] },
-  { sheet: "load", label: "Load to pick up", unit: "kg", range: [10, 400, 10], start: 150, own: "load" },
+  { sheet: "load", label: "Payload", unit: "kg", range: [0, 2, 1 / 30], perPayload: true, names: ["hdrm.payload.mass"] },
+  { sheet: "load", label: "Load to pick up", unit: "kg", range: [1 / 30, 4 / 3, 1 / 30], start: 0.5, perPayload: true, own: "load" },
   { sheet: "load", label: "All bodies heavier than planned", unit: "%", factor: 0.01, offset: 1, range: [-40, 40, 5], names: ["hdrm.inertia_scale"] },
   { sheet: "load", label: "Base rolls to the side", unit: "°", factor: DEGREE, range: [-10, 10, 0.5], names: ["hdrm.base.tilt[1]"] },
   { sheet: "load", label: "Base tips forward or back", unit: "°", factor: DEGREE, range: [-10, 10, 0.5], names: ["hdrm.base.tilt[2]"] },
@@ -56,16 +56,19 @@ export const CONTROLS = [
 ];
 
 export class Panel {
-  /* `changed(control, values, atOnce)` is told the values by the variables' names. */
-  constructor(sheets, changed) {
-    Object.assign(this, { sheets, changed, controls: [] });
+  /* `payload`, kg, is the machine's; `changed(control, values, atOnce)` is told the values by the variables' names. */
+  constructor(sheets, payload, changed) {
+    const scaled = (part) => Number((part * payload).toPrecision(4));
+    const all = CONTROLS.map((control) => (control.perPayload ? { ...control, range: control.range.map(scaled), start: control.start && scaled(control.start) } : control));
+    Object.assign(this, { sheets, all, changed, controls: [], usual: new Map() });
   }
 
   /* Rows for the variables of the running system, in the place of those before. */
   build(variables) {
     this.controls.forEach(({ row }) => row.remove());
+    if (variables !== this.variables) this.usual.clear();
     this.variables = variables;
-    this.controls = CONTROLS.filter(({ names, own }) => own || variables.has(names[0])).map((control) => ({ ...control }));
+    this.controls = this.all.filter(({ names, own }) => own || variables.has(names[0])).map((control) => ({ ...control }));
     for (const control of this.controls) {
       control.atOnce = Boolean(control.own) || takesEffectAtOnce(variables.get(control.names[0]));
       this.row(control);
@@ -92,7 +95,7 @@ export class Panel {
       back.addEventListener("click", (event) => {
         // The label would give the click to the slider.
         event.preventDefault();
-        this.put(control, this.shown(control, Number(this.variables.get(names[0]).start)));
+        this.put(control, this.shown(control, this.usual.get(names[0]) ?? Number(this.variables.get(names[0]).start)));
         this.tell(control);
       });
       control.row.append(back);
@@ -105,7 +108,12 @@ export class Panel {
 
   put(control, value) {
     if (control.flag) control.field.checked = value === true || value === "true" || value === 1;
-    else control.field.value = value;
+    else {
+      // A gain of a machine of one's own may lie beyond the usual ones.
+      if (value > Number(control.field.max)) control.field.max = value;
+      if (value < Number(control.field.min)) control.field.min = value;
+      control.field.value = value;
+    }
     control.say();
   }
 
@@ -129,12 +137,13 @@ export class Panel {
     return Number((inverse ? factor / inside : (inside - offset) / factor).toPrecision(9));
   }
 
-  /* Shows what the variables are; `read(name)` gives a value. */
-  async follow(read) {
+  /* Shows what the variables are; `read(name)` gives a value. What the settings do not name is the usual value. */
+  async follow(read, settings) {
     for (const control of this.controls) {
       if (control.own) continue;
       const { list, flag, names } = control;
       const inside = await read(names[0]);
+      if (!(names[0] in settings || this.usual.has(names[0]))) this.usual.set(names[0], inside);
       if (list) this.put(control, this.variables.get(names[0]).items.find((item) => item.value === inside)?.name);
       else this.put(control, flag ? inside : this.shown(control, inside));
     }

@@ -12,7 +12,9 @@ const DAY = { sky: "#dce6f0", ground: "#aeb8c0", slab: "#a3adb6" };
 const NIGHT = { sky: "#141c26", ground: "#222d38", slab: "#293642" };
 /* three.js's `BasicShadowMap`: without soft edges. */
 const BASIC_SHADOWS = 0;
-/* Where the eye is and what it looks at; `at` is the tip. */
+/* Length of the reference machine's chain of bodies from the ground to the tip, m. */
+const REFERENCE_LENGTH = 5.9533;
+/* Where the eye is and what it looks at, for the reference machine; `at` is the tip. */
 const VIEWS = {
   whole: () => [[2.6, 1.9, 5.6], [1.55, 1.3, 0]],
   wide: () => [[2.9, 2.2, 7.2], [1.6, 1.55, 0]],
@@ -23,17 +25,20 @@ const VIEWS = {
 };
 
 class MachineDrawing {
-  /* `bodies` as crate `report` describes them; `keep` lets the picture be read after it was drawn; `plain` draws it in a third of the time.
+  /* `bodies` and `tree` as crate `report` describes them; `keep` lets the picture be read after it was drawn; `plain` draws it in a third of the time.
    * The context has no alpha, so that nothing under the canvas is drawn. */
-  constructor(canvas, bodies, { keep = false, plain = false }) {
-    Object.assign(this, { canvas, bodies, plain });
+  constructor(canvas, { bodies, tree, floor }, { keep = false, plain = false }) {
+    const chain = ["r_T1_O", "r_A2_B", "r_A3_A4", "r_A4_C4", "r_C4_D4", "r_D4_T4"];
+    /* How much larger than the reference machine this one is. */
+    const scale = chain.reduce((sum, name) => sum + Math.hypot(...tree[name]), 0) / REFERENCE_LENGTH;
+    Object.assign(this, { canvas, bodies, plain, scale, floor });
     const context = canvas.getContext("webgl2", { alpha: false, antialias: !plain, preserveDrawingBuffer: keep });
     if (!context) throw new Error("This browser has no WebGL 2, or it is switched off: nothing can be drawn in three dimensions.");
     this.renderer = new THREE.WebGLRenderer({ canvas, context });
     this.sharpness(1);
     Object.assign(this.renderer.shadowMap, { enabled: true, autoUpdate: !plain }, plain && { type: BASIC_SHADOWS });
     this.scene = new THREE.Scene();
-    this.camera = new THREE.PerspectiveCamera(35, 1, 0.05, 60);
+    this.camera = new THREE.PerspectiveCamera(35, 1, 0.05, 60 * Math.max(scale, 1));
     this.controls = new THREE.OrbitControls(this.camera, canvas);
     this.controls.enableDamping = false;
     this.controls.maxPolarAngle = 0.52 * Math.PI;
@@ -65,11 +70,12 @@ class MachineDrawing {
   light() {
     this.scene.add(new THREE.HemisphereLight("#ffffff", "#b9c3cd", 2.1));
     const sun = new THREE.DirectionalLight("#fff6e6", 3);
-    sun.position.set(2.5, 7, 4.5);
-    sun.target.position.set(1.5, 1, 0);
+    sun.position.set(2.5, 7, 4.5).multiplyScalar(this.scale);
+    sun.target.position.set(1.5, 1, 0).multiplyScalar(this.scale);
     sun.castShadow = true;
     sun.shadow.mapSize.setScalar(this.plain ? 512 : 2048);
-    Object.assign(sun.shadow.camera, { left: -5, right: 5, top: 5, bottom: -5, near: 1, far: 20 });
+    const [side, near, far] = [5, 1, 20].map((length) => length * this.scale);
+    Object.assign(sun.shadow.camera, { left: -side, right: side, top: side, bottom: -side, near, far });
     sun.shadow.bias = -0.0005;
     sun.shadow.normalBias = 0.02;
     this.scene.add(sun, sun.target);
@@ -78,17 +84,25 @@ class MachineDrawing {
   /* Colours of sky and ground; may be called again. */
   surroundings({ sky, ground, slab }) {
     this.scene.background = new THREE.Color(sky);
-    this.scene.fog = new THREE.Fog(sky, 14, 32);
+    this.scene.fog = new THREE.Fog(sky, 14 * this.scale, 32 * this.scale);
     if (this.ground) this.scene.remove(this.ground);
     this.ground = new THREE.Group();
     // Slabs of 1 m in two colours: thin lines would break where pictures have few points.
-    const slabs = Array.from({ length: 24 * 24 }, (_, k) => [k % 24 - 12, Math.floor(k / 24) - 12]).filter(([x, z]) => (x + z) % 2 === 0);
+    const half = 12 * Math.ceil(this.scale - 0.01);
+    const slabs = Array.from({ length: 4 * half * half }, (_, k) => [k % (2 * half) - half, Math.floor(k / (2 * half)) - half]).filter(([x, z]) => (x + z) % 2 === 0);
     const squares = slabs.map(([x, z]) => new THREE.PlaneGeometry(1, 1).translate(x + 0.5, z + 0.5, 0.002));
     for (const [geometry, color] of [[new THREE.PlaneGeometry(80, 80), ground], [MachineDrawing.merged(squares), slab]]) {
       const floor = new THREE.Mesh(geometry, this.surface({ color }));
       floor.rotation.x = -Math.PI / 2;
       floor.receiveShadow = true;
       this.ground.add(floor);
+    }
+    this.ground.position.y = this.floor;
+    if (this.floor < 0) {
+      // What carries a base that is above the ground.
+      const stand = new THREE.Mesh(new THREE.BoxGeometry(0.8, -this.floor, 0.8).translate(0, -this.floor / 2, 0), this.surface({ color: slab }));
+      stand.castShadow = stand.receiveShadow = true;
+      this.ground.add(stand);
     }
     this.scene.add(this.ground);
   }
@@ -194,10 +208,13 @@ class MachineDrawing {
   }
 
   view(name) {
-    const [eye, target] = VIEWS[name](this.tip.position);
+    const [eye, target] = VIEWS[name](this.tip.position.clone().divideScalar(this.scale)).map((point) => point.map((v) => v * this.scale));
     this.controls.target.set(...target);
-    // In a picture higher than wide the eye goes back until the width fits.
-    this.camera.position.set(...eye).sub(this.controls.target).multiplyScalar(Math.max(1, 1.15 / this.camera.aspect)).add(this.controls.target);
+    // In a picture higher than wide the eye goes back until the width fits; over a low ground, until the machine fits from it upward.
+    const low = name === "tip" ? 0 : this.floor / 2;
+    const back = Math.max(1, 1.15 / this.camera.aspect) * (1 - low / (2 * this.scale));
+    this.camera.position.set(...eye).sub(this.controls.target).multiplyScalar(back).add(this.controls.target);
+    for (const place of [this.camera.position, this.controls.target]) place.y += low;
     this.controls.update();
     // Who points at the machine before the next picture points by this view.
     this.camera.updateMatrixWorld();

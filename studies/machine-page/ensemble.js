@@ -3,6 +3,7 @@
  * disturbances. What is told to one is told to all.
  */
 import { Engine } from "./engine.js";
+import { json } from "./parts.js";
 
 /* Simulated time between two saved states, s, and how many are kept: a little more than ten seconds. */
 const SAVE_EVERY = 1;
@@ -17,10 +18,24 @@ export const WORLDS = {
   electric: { structure: "Electric.ssd", text: "fed by a battery" },
 };
 
+/* The components that read a machine file, in each world, and what the file is called for them. */
+const [READERS, MACHINE] = [["hdrm", "controller", "emla_1", "emla_2", "emla_3"], "machine.json"];
+
+/* What the FMUs are told of a machine that is not the reference machine: as `hdrm-fmu run --machine`, and the rule's gains where actuators are as
+ * built. */
+function ofMachine(world) {
+  const { file, gains } = json("scene");
+  if (!file) return {};
+  const ruled = world === "real" ? Object.entries(gains).map(([name, value]) => [`controller.${name}`, value]) : [];
+  const bound = READERS.flatMap((name) => [[`${name}.machine_file`, MACHINE], ...(/^emla_/.test(name) ? [[`${name}.axis`, Number(name.at(-1))]] : [])]);
+  return { ...Object.fromEntries([...bound, ...ruled]), files: { [MACHINE]: JSON.stringify(file) } };
+}
+
 /* Settings in the engine's words. */
-export function forEngine({ world = "ideal", trajectory, ...rest }) {
+export function forEngine({ world = "ideal", trajectory, files, ...rest }) {
   if (!(world in WORLDS)) throw new Error(`world = ${world}: it must be one of ${Object.keys(WORLDS).join(", ")}.`);
-  return { structure: WORLDS[world].structure, ...(trajectory && { "controller.trajectory": trajectory }), ...rest };
+  const { files: own, ...machine } = ofMachine(world);
+  return { structure: WORLDS[world].structure, ...machine, ...(trajectory && { "controller.trajectory": trajectory }), ...rest, ...((own || files) && { files: { ...own, ...files } }) };
 }
 
 export class Ensemble {

@@ -66,7 +66,7 @@ export class LiveScene {
   constructor(stage, data, pushed, clicked) {
     Object.assign(this, { stage, data, pushed, clicked, ghosts: [], gain: 100, aiming: false, pace: FAST, changed: 0 });
     this.canvas = stage.querySelector("canvas");
-    const drawing = (this.drawing = new MachineDrawing(this.canvas, data.bodies, { plain: drawsInSoftware() }));
+    const drawing = (this.drawing = new MachineDrawing(this.canvas, data, { plain: drawsInSoftware() }));
     this.moving = drawing.plain ? 0.75 : 1;
     drawing.label(stage.querySelector("#labels"), data.bodies.map(() => ""));
     this.way = new Way(drawing.line(TIP_COLOR, 1));
@@ -142,7 +142,7 @@ export class LiveScene {
     };
     for (const [color, parts] of Object.entries(clothes)) {
       const mesh = new THREE.Mesh(MachineDrawing.merged(parts), this.drawing.surface({ color }));
-      mesh.position.set(-0.9, 0, -0.4);
+      mesh.position.set(-0.9, this.data.floor, -0.4);
       mesh.castShadow = true;
       this.drawing.scene.add(mesh);
     }
@@ -249,9 +249,9 @@ export class LiveScene {
       const { min, max } = groups[k].geometry.boundingBox;
       const up = new THREE.Vector3(0, 1, 0).applyQuaternion(groups[k].quaternion.clone().invert());
       const low = ["x", "y", "z"].reduce((sum, axis) => sum + Math.min(up[axis] * min[axis], up[axis] * max[axis]), 0);
-      return { height: groups[k].position.y + low, title };
+      return { height: groups[k].position.y + low - this.data.floor, title };
     });
-    if (this.load.visible) heights.push({ height: this.load.position.y - this.load.scale.y, title: "load" });
+    if (this.load.visible) heights.push({ height: this.load.position.y - this.load.scale.y - this.data.floor, title: "load" });
     return heights.reduce((a, b) => (b.height < a.height ? b : a));
   }
 
@@ -307,9 +307,9 @@ export class LiveScene {
     // The reference is drawn where it is; from there all errors are enlarged.
     const enlarged = (place) => desired.map((v, k) => v + this.gain * (place[k] - v));
     this.reference.position.set(...desired);
-    this.shadow.position.set(desired[0], 0.006, desired[2]);
-    this.drop.position.set(desired[0], 0, desired[2]);
-    this.drop.scale.y = Math.max(desired[1], 1e-3);
+    this.shadow.position.set(desired[0], this.data.floor + 0.006, desired[2]);
+    this.drop.position.set(desired[0], this.data.floor, desired[2]);
+    this.drop.scale.y = Math.max(desired[1] - this.data.floor, 1e-3);
     this.error.position.set(...enlarged(tip));
     this.way.add(enlarged(tip));
     this.desiredWay.add(desired);

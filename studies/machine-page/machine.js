@@ -13,7 +13,8 @@ import { download, json, part } from "./parts.js";
 import { addressOf, copied, elements, settingsOf } from "./variables.js";
 
 /* What a visitor's machine has and the paper's has not: a supervisor, and a floor that the tip meets. */
-const EQUIPPED = { "controller.supervisor": "true", "hdrm.contact.stiffness": "2e5", "hdrm.contact.damping": "1", "hdrm.contact.friction": "0.3" };
+const { floor: FLOOR } = json("scene");
+const EQUIPPED = { "controller.supervisor": "true", "hdrm.contact.stiffness": "2e5", "hdrm.contact.damping": "1", "hdrm.contact.friction": "0.3", ...(FLOOR !== 0 && { "hdrm.contact.offset": `${FLOOR}` }) };
 /* What one sees first: it moves at once, and with all joints. When a task is done the next one follows, until a visitor does something. */
 const TASKS = [
   { settings: { trajectory: "path", "controller.path_file": "six-joints" } },
@@ -21,7 +22,13 @@ const TASKS = [
   { settings: { trajectory: "path", "controller.path_file": "iso9283-cube:1" }, changes: [{ time: 1, name: "hdrm.load.mass", value: 150 }] },
   { settings: { trajectory: "cubic" } },
 ].map(({ settings, changes = [] }) => ({ settings: { ...settings, "controller.settle_time": "0.3", ...EQUIPPED }, changes }));
-const [{ settings: FIRST }] = TASKS;
+/* A machine of one's own may not reach these paths: its joints move first, then its file's trajectories are tried. */
+const swing = (time, rates) => rates.map((value, k) => ({ time, name: `controller.rate.joint[${k + 1}]`, value }));
+const OWN_TASKS = [
+  { trajectory: "rates", changes: [...swing(0.5, [0.1, 0.05, 0.05]), ...swing(3.5, [-0.1, -0.05, -0.05]), ...swing(6.5, [0, 0, 0])] },
+  { trajectory: "triangular" },
+  { trajectory: "cubic" },
+].map(({ trajectory, changes = [] }) => ({ settings: { trajectory, "controller.settle_time": "0.3", ...EQUIPPED }, changes }));
 /* How long the reference rests before the next task begins, s. */
 const TASK_RESTS = 1.5;
 /* Two runs that explain the machine, each beside another: what is looked at, and what one sees. */
@@ -39,6 +46,8 @@ const GHOST_LAWS = ["adaptive", "modular", "pd", "modular_integral"];
 /* Largest rates of the levers, by kind; the controller limits them too. */
 const MOST = { joint: [0.15, 0.1, 0.1, 0.5, 0.5, 0.5], tip: [0.25, 0.25, 0.25, 0.3, 0.3, 0.3] };
 const PUSH = { force: 300, duration: 0.2 };
+/* What is hung on a machine whose file has no payload: half of it, kg. */
+const LOAD_WITHOUT = 300;
 /* Name of the file that the controller is given waypoints in. */
 const PATH = "waypoints";
 /* A bar stays this long after its cause has ended, s of the run. */
@@ -70,12 +79,16 @@ class LivePage extends Page {
     this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
     this.levers = new Levers(element("levers"), (kind) => MOST[kind], (kind, rates) => this.command(kind, rates), (text) => this.joystick(text));
     const sheets = Object.fromEntries([...document.querySelectorAll("[data-sheet]")].map((sheet) => [sheet.dataset.sheet, sheet]));
-    this.panel = new Panel(sheets, (control, values) => this.change(control, values));
+    this.tasks = this.data.file ? OWN_TASKS : TASKS;
+    this.first = this.tasks[0].settings;
+    this.payload = this.data.bodies.find(({ name }) => name === "PL").mass || LOAD_WITHOUT;
+    this.panel = new Panel(sheets, this.payload, (control, values) => this.change(control, values));
     this.recorder = new Recorder();
     this.monitor = new Monitor(this.data, (...its) => this.alarm(...its));
     this.buttons();
     this.jointSliders();
     this.firstMinute();
+    this.introduce();
     this.takeFiles(["waypoint-file", "settings-file"], "Waypoints or settings");
   }
 
@@ -109,10 +122,10 @@ class LivePage extends Page {
   ofAddress() {
     if (location.hash.length < 2) {
       this.tour = 0;
-      return this.start(FIRST, { ghosts: [], shows: true });
+      return this.start(this.first, { ghosts: [], changes: this.tasks[0].changes, shows: true });
     }
     const { settings, ghosts, changes } = settingsOf(location.hash);
-    return this.start(Object.keys(settings).length ? settings : FIRST, { ghosts, changes });
+    return this.start(Object.keys(settings).length ? settings : this.first, { ghosts, changes });
   }
 
   /* Laws of the ghosts. */
@@ -193,7 +206,7 @@ class LivePage extends Page {
   }
 
   async showPanel() {
-    await this.panel.follow((name) => this.engine.get(name));
+    await this.panel.follow((name) => this.engine.get(name), this.settings);
     const { trajectory } = this.settings;
     const file = this.settings["controller.path_file"];
     const kind = this.settings["controller.rate.command"] ?? "joint";
@@ -242,7 +255,7 @@ class LivePage extends Page {
   nextTask(time) {
     if (this.tour === null || !this.playing || time - this.monitor.rests < TASK_RESTS || this.touring) return;
     this.touring = true;
-    const task = TASKS[(this.tour += 1) % TASKS.length];
+    const task = this.tasks[(this.tour += 1) % this.tasks.length];
     this.attempt(() => this.start(task.settings, { changes: task.changes, shows: true }).finally(() => (this.touring = false)));
   }
 
@@ -502,7 +515,7 @@ class LivePage extends Page {
     if (this.commanding) return;
     this.commanding = true;
     await this.attempt(async () => {
-      if (this.settings.trajectory !== "rates") await this.lead(`rates ${kind}`);
+      if (this.settings.trajectory !== "rates" || this.tour !== null) await this.lead(`rates ${kind}`);
       while (this.commanded.join() !== this.wanted.join()) {
         const before = this.commanded;
         this.commanded = this.wanted;
@@ -518,7 +531,8 @@ class LivePage extends Page {
     const others = (settings) => Object.fromEntries(Object.entries(settings).filter(([name]) => !/^controller\.(path_file|rate\.|settle_time)|^trajectory$|^files$|zeta_start/.test(name)));
     const led = (own) => (settings) => ({ ...others(settings), trajectory, "controller.settle_time": 0.3, ...own });
     if (trajectory === "rates") {
-      if (this.settings.trajectory === "rates") {
+      // A task that is shown ends: its changes to come are not the visitor's.
+      if (this.settings.trajectory === "rates" && this.tour === null) {
         await this.inTurn(() => this.put("controller.rate.command", detail, true));
         return this.follow();
       }
@@ -779,7 +793,7 @@ class LivePage extends Page {
 
   settingsText() {
     const note = "settings as `cosim run --set` takes them; changes: what was changed while it ran, s after the start";
-    return JSON.stringify({ note, settings: this.began, ghosts: this.laws, changes: this.log }, null, 1);
+    return JSON.stringify({ note, machine: this.data.name || "reference", settings: this.began, ghosts: this.laws, changes: this.log }, null, 1);
   }
 
   keys() {
@@ -826,11 +840,21 @@ class LivePage extends Page {
     }));
   }
 
+  /* A machine of one's own is called by its name, and said to be what it is. */
+  introduce() {
+    const { name, reach } = this.data;
+    if (!name) return;
+    document.title = `Live machine: ${name}`;
+    document.querySelector("h1").append(`: ${name}`);
+    element("subject").textContent = `The machine ${name} under the controller of a`;
+    element("size").textContent = `The machine ${name}, which reaches ${reach.toFixed(1)} m; its payload is ${Number(this.payload.toPrecision(4))} kg. It is`;
+  }
+
   /* What to try first; each is crossed off when it was done. */
   firstMinute() {
     const withKeys = matchMedia("(hover: hover)").matches;
     const steps = { levers: [withKeys ? "Take the levers: hold W, or drag one below" : "Take the levers: drag one below", () => this.lead("rates joint")], push: [withKeys ? "Push it: drag any part of it, or press P" : "Push it: drag any part of it", () => this.pushShortly()],
-      hang: ["Have it pick up 150 kg", () => this.hang()], ghost: ["Compare with another controller", () => this.beside(["modular"])], world: ["Add play, friction, sensor errors", () => this.world("real")] };
+      hang: [`Have it pick up ${Number((this.payload / 2).toPrecision(4))} kg`, () => this.hang()], ghost: ["Compare with another controller", () => this.beside(["modular"])], world: ["Add play, friction, sensor errors", () => this.world("real")] };
     const list = element("first-minute");
     list.querySelector("button").addEventListener("click", () => (list.hidden = true));
     this.tried = Object.entries(steps).map(([name, [text, act]]) => {
@@ -860,7 +884,7 @@ opened.catch(async (error) => {
     live.playing = true;
     usual.remove();
     live.bars.clear();
-    return live.start(FIRST, { ghosts: [] });
+    return live.start(live.first, { ghosts: [] });
   }));
   element("broken").append(usual);
 });

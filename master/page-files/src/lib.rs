@@ -9,7 +9,7 @@
 
 mod policy;
 
-pub use policy::with_policy;
+pub use policy::{with_data, with_policy};
 
 macro_rules! files {
     ($($name:literal)*) => {

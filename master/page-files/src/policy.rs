@@ -29,6 +29,23 @@ pub fn with_policy(page: &str) -> Option<String> {
     Some([head, BEFORE, "\n", &policy, rest].concat())
 }
 
+/// The page with other JSON in its script element `name`, which is data: the policy stays. Returns
+/// None if the page has no such element.
+///
+/// ```
+/// let page = r#"<script type="application/json" id="a">1</script>"#;
+/// let other = page_files::with_data(page, "a", "[2]").unwrap();
+/// assert_eq!(other, "<script type=\"application/json\" id=\"a\">\n[2]</script>");
+/// ```
+pub fn with_data(page: &str, name: &str, json: &str) -> Option<String> {
+    let begin = format!("<script type=\"application/json\" id=\"{name}\">");
+    let (head, rest) = page.split_once(&begin)?;
+    let (_, rest) = rest.split_once("</script>")?;
+    // `<` is escaped, since `</` could end the script element.
+    let json = json.replace('<', "\\u003c");
+    Some([head, &begin, "\n", &json, "</script>", rest].concat())
+}
+
 /// The texts of the script elements that the browser runs; those of another type are data.
 fn scripts(page: &str) -> impl Iterator<Item = &str> {
     let mut rest = page;

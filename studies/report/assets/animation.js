@@ -1,8 +1,9 @@
 /* The manipulator in motion, drawn by `MachineDrawing`. */
 (() => {
   const bodies = data.scene.bodies;
-  const drawing = new MachineDrawing(element("machine"), bodies, { keep: true });
+  const drawing = new MachineDrawing(element("machine"), data.scene, { keep: true });
   const { groups, tip } = drawing;
+  element("machine").drawing = drawing;
   const desiredLine = drawing.line("#20303f", 0.55);
   const tipLine = drawing.line(TIP_COLOR, 1);
   drawing.label(element("labels"), bodies.map((body) => body.title));

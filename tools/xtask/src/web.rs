@@ -18,11 +18,17 @@ use crate::{pack, programs};
 /// File name of the master's module, which every page carries.
 pub const ENGINE: &str = "cosim_page.wasm";
 
+/// The machine that the FMUs have.
+const REFERENCE: &str = "reference";
+
 #[derive(Args)]
 pub struct Options {
     /// Cargo profile of the WebAssembly; `fmu-fast` builds faster, runs slower
     #[arg(long, value_name = "PROFILE", default_value = FMU_PROFILE)]
     profile: String,
+    /// Machine file, or name of a shipped machine, that the page shows and runs
+    #[arg(long, value_name = "FILE|NAME", default_value = REFERENCE)]
+    machine: String,
     /// The page [default: web/machine.html in the cargo target directory]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -35,13 +41,37 @@ pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()
     let out = options.out.as_ref().map(|out| caller.join(out));
     let out = out.unwrap_or_else(|| folder.join("machine.html"));
     let (release, host) = (profile("release"), Platforms::default());
+    // A name stays one; the program that reads a file runs in another folder.
+    let file = caller.join(&options.machine);
+    let machine = if file.is_file() {
+        &file
+    } else {
+        Path::new(&options.machine)
+    };
     let packed = pack::suite_with(workspace, &release, &host, &folder)?;
-    make(workspace, &fmi3_files(&packed)?, &options.profile, &out)
+    made(
+        workspace,
+        &fmi3_files(&packed)?,
+        &options.profile,
+        machine,
+        &out,
+    )
 }
 
 /// Adds WebAssembly to these FMUs of FMI 3.0, in the order of [`Workspace::suite`], and makes their
 /// page.
 pub fn make(workspace: &Workspace, fmus: &[PathBuf], profile: &str, out: &Path) -> Result<()> {
+    made(workspace, fmus, profile, REFERENCE.as_ref(), out)
+}
+
+/// As [`make`], of a machine.
+fn made(
+    workspace: &Workspace,
+    fmus: &[PathBuf],
+    profile: &str,
+    machine: &Path,
+    out: &Path,
+) -> Result<()> {
     add_wasm(workspace, fmus, profile)?;
     let folder = out.parent().context("the page lies in a folder")?;
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
@@ -51,7 +81,8 @@ pub fn make(workspace: &Workspace, fmus: &[PathBuf], profile: &str, out: &Path) 
     pack::worlds(workspace, fmus, &system)?;
     let drawn = ["machine", "scene", "--out"].map(String::from);
     let hdrm_fmu = workspace.build_programs(&programs::with_started(&drawn))?;
-    execute(workspace.command(hdrm_fmu).args(&drawn).arg(&scene))?;
+    let mut draw = workspace.command(hdrm_fmu);
+    execute(draw.args(&drawn).arg(&scene).arg(machine))?;
     let mut page = cargo_fmu(workspace)?;
     page.arg("web").arg(&system).arg("--out").arg(out);
     page.args(["--page", "studies/machine-page/machine.html"]);

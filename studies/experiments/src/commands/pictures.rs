@@ -73,4 +73,7 @@ pub struct SceneArgs {
     /// JSON file to write
     #[arg(long, value_name = "FILE", default_value = "scene.json", value_parser = output())]
     pub out: PathBuf,
+    /// Live page (`machine.html`) to copy with this machine in it: --out is that page then
+    #[arg(long, value_name = "FILE")]
+    pub page: Option<PathBuf>,
 }

@@ -1,9 +1,11 @@
 //! The commands `machine draw`, `machine scene` and `plot`, and `sizing` and `path check` with
 //! their figures; `main` calls them.
 
+use std::fs;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Result, ensure};
+use anyhow::{Context as _, Result, ensure};
 use cosim::Verdict;
 use cosim::cli::print;
 use experiments::commands::path::{self, CheckArgs};
@@ -28,20 +30,35 @@ pub fn machine(args: &DrawArgs) -> Result<()> {
     let machine = read(&args.machine)?;
     let chart = LoadChart::new(&machine, args.dynamic_factor)?;
     write(args.csv.as_deref(), |file| chart.write_csv(file))?;
-    let name = Path::new(&args.machine).file_stem().unwrap_or_default();
-    Sheet::new(&name.to_string_lossy(), machine, chart)?.write(&args.output)?;
+    Sheet::new(stem(&args.machine), machine, chart)?.write(&args.output)?;
     print(format_args!("{} written\n", args.output.display()))
 }
 
-/// Writes what the live page needs to draw a machine in motion.
+/// Writes what the live page needs to draw and run a machine, or a live page with it.
 pub fn scene(args: &SceneArgs) -> Result<()> {
     let machine = read(&args.machine)?;
     let scene = Scene::new(&machine)?;
-    let live = scene.to_live(&machine)?;
-    write(Some(&args.out), |file| {
-        Ok(serde_json::to_writer(file, &live)?)
-    })?;
+    let mut text = serde_json::to_string(&scene.to_live(stem(&args.machine), &machine)?)?;
+    if let Some(page) = &args.page {
+        output_file::note_read(page)?;
+        let name = || page.display().to_string();
+        text = page_files::with_data(
+            &fs::read_to_string(page).with_context(name)?,
+            "scene",
+            &text,
+        )
+        .with_context(|| format!("{} is no page of the live machine", name()))?;
+    }
+    write(Some(&args.out), |file| file.write_all(text.as_bytes()))?;
     print(format_args!("{} written\n", args.out.display()))
+}
+
+/// What a machine file is called, without folder and ending.
+fn stem(machine: &str) -> &str {
+    let stem = Path::new(machine)
+        .file_stem()
+        .and_then(|stem| stem.to_str());
+    stem.unwrap_or(machine)
 }
 
 /// Draws the signals of a CSV file over time.

@@ -10,34 +10,55 @@ use cosim::{Recording, System};
 use experiments::machines::robot::equivalent_box;
 use hdrm::{BODIES, Body, Tree};
 use machine_file::{Geometry, Machine};
+use motion_check::gain_rule;
 use nalgebra::Vector3;
 use serde::Serialize;
+use std::collections::BTreeMap;
 
 use crate::machines::load_chart::LoadChart;
 
-/// Payloads of the load chart's curves, kg.
+/// Payloads of the load chart's curves, kg, for a machine whose median greatest payload is
+/// [`MEDIAN`]; for others times a round factor.
 const PAYLOADS: [f64; 6] = [300.0, 400.0, 500.0, 700.0, 900.0, 1200.0];
+const MEDIAN: f64 = 600.0;
 /// Largest distance between the drawn tip and the FMU's if both have the same machine file, m.
 const TIP_TOLERANCE: f64 = 1e-6;
+
+/// The ground is that of the base if the tip starts this high over it, else so far below the tip, m.
+const TIP_OVER_GROUND: f64 = 0.5;
+const LOW_TIP: f64 = 1.0;
 
 #[derive(Serialize)]
 pub struct Scene {
     bodies: Vec<BodyShape>,
     tree: Tree,
+    /// Height of the ground, m: below the base where the machine starts with its tip low, as a crane
+    /// on a vehicle does.
+    floor: f64,
 }
 
 /// The scene for the live page.
 #[derive(Serialize)]
 pub struct LiveScene<'a> {
+    /// Name of the machine; empty for the reference machine.
+    name: &'a str,
+    /// The machine file for the FMUs, whole; none for the reference machine, which they have.
+    file: Option<&'a Machine>,
+    /// Gains of the controller in the page's worlds whose actuators are not ideal, by the rule; none
+    /// for the reference machine, whose systems bind theirs.
+    gains: BTreeMap<&'static str, f64>,
     bodies: &'a [BodyShape],
     tree: &'a Tree,
+    floor: f64,
     /// Rated force of each rod, N.
     rated: [f64; 3],
     /// Least and largest angle of each joint, rad.
     joints: [[f64; 2]; 6],
     /// Least and largest stroke of each rod, m.
     strokes: [[f64; 2]; 3],
-    /// The load chart: a curve for each of [`PAYLOADS`].
+    /// Largest distance of the tip from the slew axis in the load chart, m.
+    reach: f64,
+    /// The load chart: a curve for each of six payloads.
     chart: Vec<LoadCurve>,
 }
 
@@ -84,14 +105,24 @@ impl Scene {
             mass: machine.bodies.in_order()[body as usize].mass,
             shapes: shapes(body, &tree, machine),
         });
+        let start = tip_place(&tree, &machine.start.zeta).y;
+        let floor = if start < TIP_OVER_GROUND {
+            start - LOW_TIP
+        } else {
+            0.0
+        };
         Ok(Self {
             bodies: bodies.into(),
             tree,
+            floor: (1000.0 * floor).round() / 1000.0,
         })
     }
 
-    /// The scene for the live page; `machine` is the one that was given to [`Scene::new`].
-    pub fn to_live(&self, machine: &Machine) -> Result<LiveScene<'_>> {
+    /// The scene for the live page; `machine`, called `name`, is the one that was given to
+    /// [`Scene::new`].
+    pub fn to_live<'a>(&'a self, name: &'a str, machine: &'a Machine) -> Result<LiveScene<'a>> {
+        let own = (*machine != Machine::reference()).then_some(machine);
+        let gains = own.map(gain_rule::gains).transpose()?.unwrap_or_default();
         let chart = LoadChart::new(machine, 1.0)?;
         let millimetres = |x: f64| (1000.0 * x).round() / 1000.0;
         let curve = |payload| LoadCurve {
@@ -101,12 +132,19 @@ impl Scene {
                 .collect(),
         };
         Ok(LiveScene {
+            name: own.map_or("", |_| name),
+            file: own,
+            gains: gains.into_iter().map(|g| (g.name, g.value)).collect(),
             bodies: &self.bodies,
             tree: &self.tree,
+            floor: self.floor,
             rated: machine.ratings.in_order().map(|ratings| ratings.force_max),
             joints: machine.limits.zeta(),
             strokes: machine.limits.strokes(),
-            chart: PAYLOADS.map(curve).into(),
+            chart: (payloads(&chart).map(curve).into_iter())
+                .filter(|curve| !curve.pieces.is_empty())
+                .collect(),
+            reach: (chart.points().map(|point| point.reach)).fold(0.0, f64::max),
         })
     }
 
@@ -126,11 +164,7 @@ impl Scene {
         let (zeta, tip) = (columns("zeta", hdrm::DOF)?, columns("tip.position", 3)?);
         let mut error = 0.0_f64;
         for k in (0..recording.times.len()).step_by(stride) {
-            let configuration = self
-                .tree
-                .configuration(&std::array::from_fn(|i| zeta[i][k]));
-            let D4 = configuration.world_poses()[Body::D4 as usize];
-            let drawn = D4.r + D4.R * self.tree.r_D4_T4;
+            let drawn = tip_place(&self.tree, &std::array::from_fn(|i| zeta[i][k]));
             error = error.max((drawn - Vector3::from_fn(|i, _| tip[i][k])).norm());
         }
         ensure!(
@@ -139,6 +173,26 @@ impl Scene {
         );
         Ok(error)
     }
+}
+
+/// [`PAYLOADS`] for the machine of this chart.
+fn payloads(chart: &LoadChart) -> [f64; 6] {
+    let mut greatest: Vec<f64> = chart.points().filter_map(|point| point.payload).collect();
+    greatest.sort_by(f64::total_cmp);
+    let median = greatest
+        .get(greatest.len() / 2)
+        .map_or(MEDIAN, |payload| payload.max(1.0));
+    // The factor of the series 1, 2, 5 that is nearest to the machine's, from 0.001 to 5000.
+    let rounds = (-3..4).flat_map(|power| [1.0, 2.0, 5.0].map(|digit| digit * 10_f64.powi(power)));
+    let distance = |factor: &f64| (factor * MEDIAN / median).ln().abs();
+    let factor = rounds.min_by(|a, b| distance(a).total_cmp(&distance(b)));
+    PAYLOADS.map(|payload| factor.unwrap_or(1.0) * payload)
+}
+
+/// Where the tip is at these joint angles, m.
+fn tip_place(tree: &Tree, zeta: &[f64; hdrm::DOF]) -> Vector3<f64> {
+    let D4 = tree.configuration(zeta).world_poses()[Body::D4 as usize];
+    D4.r + D4.R * tree.r_D4_T4
 }
 
 fn title(body: Body) -> &'static str {
