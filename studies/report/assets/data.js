@@ -15,6 +15,8 @@ const inRows = (cells) => Array.from({ length: cells.length / MODES.length }, (_
 });
 data.table = inRows(data.table);
 for (const study of data.errors) study.rows = inRows(study.cells);
+/* Another machine than the paper's has its name in the title, and none of the paper's numbers next to its own. */
+const OWN = data.conditions.own_machine;
 const TRAJECTORIES = [...new Set(data.table.map((row) => row.trajectory))];
 
 /* Base64 of little-endian 32-bit floats, as a typed array. */

@@ -20,6 +20,11 @@ function conditions() {
     <p>Times real time is what the run reached while others ran on the other cores and all signals were recorded. Plots show every 4 ms (tip error) or 20 ms; the tables count every communication point.</p>`);
 }
 
+if (OWN) {
+  document.title = `Co-simulation report: ${OWN}`;
+  document.querySelector("h1").textContent = `${OWN}: an all-electric manipulator`;
+  element("papers-column").remove();
+}
 cards();
 tracking();
 ownPath();

@@ -6,10 +6,10 @@ function robustness() {
     const span = data.table.filter((r) => r.trajectory === row.trajectory).length;
     const best = Math.min(...row.cells.map((c) => c.rmse ?? Infinity));
     const cells = row.cells.map((c) => html`<td class="${c.rmse === best ? "best" : ""}">${mm(c.rmse, 3)} <small>(${mm(c.max, 3)})</small></td>`);
-    return html`<tr>${first ? html`<td class="group" rowspan="${span}">${row.trajectory}</td>` : ""}<td>${percent(row.scale)}</td>${cells}<td>${mm(row.paper, 1)}</td></tr>`;
+    return html`<tr>${first ? html`<td class="group" rowspan="${span}">${row.trajectory}</td>` : ""}<td>${percent(row.scale)}</td>${cells}${OWN ? "" : html`<td>${mm(row.paper, 1)}</td>`}</tr>`;
   });
   show("robustness-table",
-    html`<table class="data"><tr><th class="left">trajectory</th><th>inertia</th>${head}<th>paper, adaptive</th></tr>${rows}</table>`);
+    html`<table class="data"><tr><th class="left">trajectory</th><th>inertia</th>${head}${OWN ? "" : html`<th>paper, adaptive</th>`}</tr>${rows}</table>`);
   const traces = () => TRAJECTORIES.flatMap((trajectory, column) => {
     const own = data.table.filter((r) => r.trajectory === trajectory);
     const line = (name, color, values, dash) => ({
@@ -17,7 +17,7 @@ function robustness() {
       x: own.map((r) => 100 * (r.scale - 1)), y: values, line: { color, dash }, marker: { size: 7 },
     });
     return [...MODES.map((mode, k) => line(MODE_NAMES[mode], MODE_COLORS[mode], own.map((r) => r.cells[k].rmse && 1000 * r.cells[k].rmse))),
-      line("paper, adaptive", tone.line, own.map((r) => 1000 * r.paper), "dot")];
+      ...(OWN ? [] : [line("paper, adaptive", tone.line, own.map((r) => 1000 * r.paper), "dot")])];
   });
   const x = (text) => ({ title: { text }, ticksuffix: " %" });
   const y = { ...MICRO, title: { text: "tip RMSE, mm" } };

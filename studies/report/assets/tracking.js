@@ -13,7 +13,7 @@ function cards() {
   if (other) cards.push(["The largest of the other errors", `adaptive controller; ${other.case}, ${other.trajectory}`, `${mm(other.rmse, 3)} mm`, "not in it"]);
   const bonds = Math.max(...data.runs.map((r) => sum(r.bonds, (b) => Math.abs(b.energy)) / sum(r.bonds, (b) => b.turnover)));
   cards.push(["Energy that the coupling loses or makes", "of what passes its power bonds; worst run shown", `${(100 * bonds).toPrecision(2)} %`, "not in it"]);
-  show("cards", cards.map(([what, how, here, paper]) => html`<div class="card"><h2>${what}</h2><p>${how}</p><dl><div><dt>here, simulated</dt><dd>${here}</dd></div><div><dt>in the paper</dt><dd>${paper}</dd></div></dl></div>`));
+  show("cards", cards.map(([what, how, here, paper]) => html`<div class="card"><h2>${what}</h2><p>${how}</p><dl><div><dt>here, simulated</dt><dd>${here}</dd></div>${OWN ? "" : html`<div><dt>in the paper</dt><dd>${paper}</dd></div>`}</dl></div>`));
   element("settling").textContent = settling();
   if (data.failures.length) {
     element("failures").hidden = false;
@@ -114,7 +114,7 @@ function tracking() {
 function trackingTable(trajectory) {
   const paper = data.table.find((r) => r.trajectory === trajectory && r.scale === 1).paper;
   const rows = MODES.map((mode) => findRun(trajectory, mode)).filter(Boolean).map((run) =>
-    row([MODE_NAMES[run.mode], mm(run.rmse), run.mode === "adaptive" ? mm(paper, 1) : "–", mm(run.max), mm(run.whole_rmse), mm(run.whole_max)]));
-  const head = ["controller", "RMSE, mm", "paper, RMSE, mm", "max, mm", "RMSE with settling, mm", "max with settling, mm"];
+    row([MODE_NAMES[run.mode], mm(run.rmse), ...(OWN ? [] : [run.mode === "adaptive" ? mm(paper, 1) : "–"]), mm(run.max), mm(run.whole_rmse), mm(run.whole_max)]));
+  const head = ["controller", "RMSE, mm", ...(OWN ? [] : ["paper, RMSE, mm"]), "max, mm", "RMSE with settling, mm", "max with settling, mm"];
   return html`<div class="scroll">${table(head, rows)}</div>`;
 }

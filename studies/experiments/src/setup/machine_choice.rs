@@ -227,6 +227,12 @@ impl MachineFile {
         Self::from_parameter(system, settings, system.port("hdrm.machine_file")?)
     }
 
+    /// Name of the machine, without the file's ending; `None` for the reference machine.
+    pub fn own_name(&self) -> Option<&str> {
+        let name = self.name.strip_suffix(".json").unwrap_or(&self.name);
+        (self.machine != Machine::reference()).then_some(name)
+    }
+
     /// As [`MachineFile::from_manipulator`], but `None` if the manipulator takes no file.
     pub fn from_plant(system: &System, settings: &[Setting]) -> Result<Option<Self>> {
         let port = system.port("hdrm.machine_file").ok();

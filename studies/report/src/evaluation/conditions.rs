@@ -37,6 +37,8 @@ pub fn conditions(request: &Request<'_>, machine: &MachineFile) -> Value {
         "program": concat!("hdrm-fmu ", env!("CARGO_PKG_VERSION")),
         "system": system.path.display().to_string(),
         "machine_file": machine.name,
+        // Another machine than the paper's by its name, else null.
+        "own_machine": machine.own_name(),
         "machine_sha256": machine.sha256,
         "step": request.base.stepping.step,
         "schedule": match request.base.stepping.schedule {

@@ -132,10 +132,12 @@ fn robustness(report: &Report) -> Figure {
             });
             curves.push(Curve::new(name, CONTROLLERS[k], rmse.collect()));
         }
-        let paper = cells_of_mode(MODES[0]).filter_map(|(percent, cell)| {
-            Some((percent, 1e3 * paper(trajectory, scale_of(cell))?))
-        });
-        curves.push(Curve::new("paper, adaptive", DESIRED, paper.collect()));
+        if report.conditions["own_machine"].is_null() {
+            let paper = cells_of_mode(MODES[0]).filter_map(|(percent, cell)| {
+                Some((percent, 1e3 * paper(trajectory, scale_of(cell))?))
+            });
+            curves.push(Curve::new("paper, adaptive", DESIRED, paper.collect()));
+        }
         Panel {
             x_label: "error of all inertias, %".into(),
             y_label: format!("{trajectory}: tip RMSE, mm"),
