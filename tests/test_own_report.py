@@ -7,6 +7,9 @@ import pytest
 from browser import chromium, noise
 from native import call, hdrm_fmu
 
+# Every run of the report, some minutes.
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def page(fmu_dir, tmp_path_factory):

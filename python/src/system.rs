@@ -132,7 +132,7 @@ impl System {
             isolate: source.isolate,
             call_timeout: source.call_timeout,
             memory_limit: source.memory_limit,
-            prefer: source.prefer,
+            prefer: Some(source.prefer),
         };
         let options = isolation.fmu_use(source.interfaces)?;
         let system = match source.files.as_slice() {

@@ -21,14 +21,13 @@ export const WORLDS = {
 /* The components that read a machine file, in each world, and what the file is called for them. */
 const [READERS, MACHINE] = [["hdrm", "controller", "emla_1", "emla_2", "emla_3"], "machine.json"];
 
-/* What the FMUs are told of a machine that is not the reference machine: as `hdrm-fmu run --machine`, and the rule's gains where actuators are as
- * built. */
+/* What the FMUs are told of a machine that is not the reference machine: as `hdrm-fmu run --machine`. Fed by a battery the actuators are those of the
+ * ideal world. */
 function ofMachine(world) {
-  const { file, gains } = json("scene");
+  const { file, settings } = json("scene");
   if (!file) return {};
-  const ruled = world === "real" ? Object.entries(gains).map(([name, value]) => [`controller.${name}`, value]) : [];
   const bound = READERS.flatMap((name) => [[`${name}.machine_file`, MACHINE], ...(/^emla_/.test(name) ? [[`${name}.axis`, Number(name.at(-1))]] : [])]);
-  return { ...Object.fromEntries([...bound, ...ruled]), files: { [MACHINE]: JSON.stringify(file) } };
+  return { ...Object.fromEntries(bound), ...settings[world === "real" ? "real" : "ideal"], files: { [MACHINE]: JSON.stringify(file) } };
 }
 
 /* Settings in the engine's words. */

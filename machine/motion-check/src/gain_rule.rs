@@ -13,12 +13,51 @@ mod feedback;
 mod ideal;
 mod ruled_gain;
 
-pub use as_built::{gains, gains_beside, gamma};
+pub use as_built::{gains, gamma};
 pub use bounds::{Bounds, bounds};
 pub use error::GainError;
 pub use feedback::least_damped;
-pub use ideal::{ideal_gains, ideal_gains_beside, said};
+pub use ideal::{ideal_gains, said};
 pub use ruled_gain::{IDEAL, RuledGain, gain, take};
+
+use as_built::gains_beside;
+use ideal::ideal_gains_beside;
+use machine_file::Machine;
+
+/// The actuators that a controller's gains are for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Actuators {
+    /// Those that it knows: the ideal world.
+    Known,
+    /// As built, with current loops of their own: the real world.
+    AsBuilt,
+    /// As built, on the controller's voltages.
+    AsBuiltOnVoltages,
+}
+
+/// The gains of a machine with these actuators, for a user who gives `own` values to some: they fit
+/// those. On voltages those of the voltage law are the ideal world's.
+pub fn gains_for(
+    machine: &Machine,
+    actuators: Actuators,
+    own: &[(&'static str, f64)],
+) -> Result<Vec<RuledGain>, GainError> {
+    let ideal = || ideal_gains_beside(machine, own);
+    let as_built = || gains_beside(machine, own);
+    match actuators {
+        Actuators::Known => ideal(),
+        Actuators::AsBuilt => as_built(),
+        Actuators::AsBuiltOnVoltages => {
+            let slow = ["Lambda_position", "omega_tip", "gamma"];
+            let voltage = ideal()?.into_iter();
+            let voltage = voltage.filter(|gain| gain.name.starts_with("K_"));
+            let slow = as_built()?
+                .into_iter()
+                .filter(|gain| slow.contains(&gain.name));
+            Ok(voltage.chain(slow).collect())
+        }
+    }
+}
 
 #[cfg(test)]
 mod tests {

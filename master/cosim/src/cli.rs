@@ -45,7 +45,7 @@ pub use places::{find, place};
 pub use step_args::StepArgs;
 
 /// Which system is run.
-#[derive(Args, Clone)]
+#[derive(Args, Clone, Default)]
 pub struct SystemArgs {
     /// System: a packed .ssp, a .ssd, or an OspSystemStructure.xml or a folder that holds one
     #[arg(long, value_name = "FILE")]

@@ -9,8 +9,6 @@ use fmi_import::Limits;
 
 use crate::structure::FmuUse;
 
-const LIBRARY: &str = "library";
-
 /// Hosts an isolated component, if this process was started for that: the first call of each program
 /// that runs systems. Returns the exit code when all is done.
 pub fn serve_if_asked() -> Option<ExitCode> {
@@ -35,9 +33,9 @@ pub struct IsolationArgs {
     #[arg(long, value_name = "SIZE")]
     pub memory_limit: Option<String>,
     /// What runs of FMUs that have a library and WebAssembly: library, or wasm, in processes of their
-    /// own
-    #[arg(long, value_name = "BINARY", default_value = LIBRARY)]
-    pub prefer: String,
+    /// own [default: library]
+    #[arg(long, value_name = "BINARY")]
+    pub prefer: Option<String>,
 }
 
 impl IsolationArgs {
@@ -47,10 +45,10 @@ impl IsolationArgs {
     /// A limit is none, or there is no such binary.
     pub fn fmu_use(self, interfaces: Vec<String>) -> Result<FmuUse> {
         let prefers_wasm = self.prefers_wasm();
+        let prefer = self.prefer.as_deref().unwrap_or("library");
         ensure!(
-            prefers_wasm || self.prefer == LIBRARY,
-            "--prefer {}: it must be library or wasm",
-            self.prefer
+            prefers_wasm || prefer == "library",
+            "--prefer {prefer}: it must be library or wasm"
         );
         Ok(FmuUse {
             interfaces,
@@ -62,7 +60,7 @@ impl IsolationArgs {
 
     /// Whether WebAssembly runs where there is also a library.
     pub fn prefers_wasm(&self) -> bool {
-        self.prefer == "wasm"
+        self.prefer.as_deref() == Some("wasm")
     }
 
     /// The limits of each process.

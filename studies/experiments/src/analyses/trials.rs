@@ -8,7 +8,6 @@
 use std::fmt;
 
 use anyhow::Result;
-use clap::Parser;
 use cosim::Master;
 use cosim::run::observer::Function;
 use cosim::run::verdict::Verdict;
@@ -18,7 +17,7 @@ use motion_check::gain_rule;
 
 use crate::measures::run::{FailedRun, MachineWatch, motion_start, run};
 use crate::setup::machine_choice::MachineFile;
-use crate::setup::run_setup::MachineArgs;
+use crate::setup::run_setup::{MachineArgs, RunSetup};
 use crate::setup::start_values::{SHIPPED, vary};
 use crate::worlds::World;
 
@@ -31,13 +30,6 @@ const TOO_FAST: &str = "the path of `trajectories.triangular` is too fast for mo
                         smaller `N_gear` or a larger `rho`";
 /// Findings that are told of a trial.
 const TOLD: usize = 3;
-
-/// The arguments of a run, as a user gives them.
-#[derive(Parser)]
-struct Arguments {
-    #[command(flatten)]
-    machine: MachineArgs,
-}
 
 /// A trial and what was found.
 pub struct Trial {
@@ -54,18 +46,19 @@ pub struct Trial {
 
 /// Runs the four trials of the machine with this name or file.
 pub fn trials(name: &str, machine: &Machine) -> Result<Vec<Trial>> {
+    let arguments = MachineArgs::of(name);
+    let worlds = [World::Ideal, World::Real];
+    let setups = worlds.map(|world| Ok((world, arguments.setup().world(world).build()?)));
     let mut done = Vec::new();
-    for world in [World::Ideal, World::Real] {
+    for (world, setup) in setups.into_iter().collect::<Result<Vec<_>>>()? {
         for is_full in [true, false] {
-            done.push(trial(name, machine, world, is_full)?);
+            done.push(trial(&setup, machine, world, is_full)?);
         }
     }
     Ok(done)
 }
 
-fn trial(name: &str, machine: &Machine, world: World, is_full: bool) -> Result<Trial> {
-    let arguments = Arguments::parse_from(["", "--machine", name]);
-    let setup = arguments.machine.setup().world(world).build()?;
+fn trial(setup: &RunSetup, machine: &Machine, world: World, is_full: bool) -> Result<Trial> {
     let mode = if world == World::Ideal {
         "adaptive"
     } else {

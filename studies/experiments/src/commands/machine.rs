@@ -9,7 +9,7 @@ use clap::{Args, Subcommand};
 use cosim::cli::{output, print};
 use hdrm::HdrmError;
 use machine_file::{AXES, Machine, Source, extension_of, preset};
-use motion_check::gain_rule::{self, RuledGain};
+use motion_check::gain_rule::{self, Actuators, GainError, RuledGain};
 use motion_check::{AllowedRanges, DemandModel, Motion, Payload};
 
 use super::pictures::{DrawArgs, SceneArgs};
@@ -226,12 +226,14 @@ fn gains_warning(machine: &Machine, shipped: Option<&str>) -> Result<Option<Stri
 /// What the trials in closed loop find. Their tip errors become notes, and so does what is found in a
 /// trial that is no verdict, or before the motion.
 fn tried(name: &str, machine: &Machine, notes: &mut Vec<String>) -> Result<Vec<String>> {
-    for rule in [gain_rule::ideal_gains, gain_rule::gains] {
-        if let Err(error) = rule(machine) {
-            return Ok(vec![error.to_string()]);
-        }
-    }
-    let trials = trials::trials(name, machine)?;
+    let trials = match trials::trials(name, machine) {
+        Ok(trials) => trials,
+        // A machine without gains is not tried.
+        Err(error) => match error.downcast_ref::<GainError>() {
+            Some(none) => return Ok(vec![none.to_string()]),
+            None => return Err(error),
+        },
+    };
     notes.extend(trials.iter().map(Trial::to_string));
     let mut found = Vec::new();
     for trial in &trials {
@@ -251,11 +253,11 @@ fn tried(name: &str, machine: &Machine, notes: &mut Vec<String>) -> Result<Vec<S
 }
 
 fn gains(machine: &str, is_ideal: bool, output: Option<&Path>) -> Result<()> {
-    let rule = match is_ideal {
-        true => gain_rule::ideal_gains,
-        false => gain_rule::gains,
+    let actuators = match is_ideal {
+        true => Actuators::Known,
+        false => Actuators::AsBuilt,
     };
-    let gains = rule(&read(machine)?)?;
+    let gains = gain_rule::gains_for(&read(machine)?, actuators, &[])?;
     if let Some(output) = output {
         let name = output.file_stem().unwrap_or_default().to_string_lossy();
         let set = parameter_set(&name, machine, &gains, is_ideal);

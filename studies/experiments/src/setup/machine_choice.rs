@@ -7,7 +7,7 @@ use anyhow::{Context, Result, ensure};
 use cosim::structure::{Component, DataType, Parameter};
 use cosim::{Port, Setting, System};
 use machine_file::{AXES, Emla, Machine, Source, preset};
-use motion_check::gain_rule;
+use motion_check::gain_rule::{self, Actuators, RuledGain};
 use percent_encoding::percent_decode_str;
 use surrogate::measurement::data::sha256;
 
@@ -70,6 +70,36 @@ pub fn bind(system: &mut System, machine: &str) -> Result<()> {
     Ok(())
 }
 
+/// What a run takes with a machine besides its file.
+#[derive(Default)]
+pub struct Ruled {
+    /// Gains of the controller by the rule.
+    pub gains: Vec<RuledGain>,
+    /// `alpha` of actuators and controller: 0 where an actuator is not the one that the network was
+    /// trained on, else none.
+    pub alpha: Option<f64>,
+}
+
+/// What a run takes with a machine that has these actuators, for a user who gives `own` values to
+/// some gains. The shipped machines have gains of their own in the ideal world: nothing.
+pub fn ruled(
+    machine: &Machine,
+    actuators: Actuators,
+    own: &[(&'static str, f64)],
+) -> Result<Ruled> {
+    let mut shipped = machine_file::PRESETS.iter();
+    let is_shipped = shipped.any(|(name, _)| Machine::preset(name).as_ref() == Some(machine));
+    if actuators == Actuators::Known && is_shipped {
+        return Ok(Ruled::default());
+    }
+    let known = Machine::reference().emla.lift;
+    let is_trained = machine.emla.in_order().map(|p| is_same_actuator(p, &known));
+    Ok(Ruled {
+        gains: gain_rule::gains_for(machine, actuators, own)?,
+        alpha: (is_trained != [true; 3]).then_some(0.0),
+    })
+}
+
 /// The gains by the rule for a machine.
 pub struct GainChoice<'a> {
     /// Machine file, or name of a shipped machine.
@@ -81,11 +111,9 @@ pub struct GainChoice<'a> {
 }
 
 impl GainChoice<'_> {
-    /// Binds the gains by the rule ([`gain_rule`]) to the controller, and `alpha` = 0 to actuators
-    /// and controller where an actuator is not the one that the network was trained on. Values that
-    /// the user gives stay, and the rule's fit them: with a `Lambda_position` of the user's no machine
-    /// is refused. The shipped machines have gains of their own in the ideal world. Returns a list of
-    /// what was bound, in words.
+    /// Binds what the rule gives ([`ruled`]) to controller and actuators. Values that the user gives
+    /// stay, and the rule's fit them: with a `Lambda_position` of the user's no machine is refused.
+    /// Returns a list of what was bound, in words.
     ///
     /// With drives that regulate their currents themselves the gains are those for actuators as
     /// built. Without, but with such actuators, the voltage law's are those of the ideal world.
@@ -96,11 +124,6 @@ impl GainChoice<'_> {
         };
         let controller = controller.component;
         let is_as_built = system.fmus.iter().any(|fmu| fmu.description.model == RIG);
-        let mut shipped = machine_file::PRESETS.iter();
-        if !is_as_built && shipped.any(|(name, _)| Machine::preset(name).as_ref() == Some(&machine))
-        {
-            return Ok(None);
-        }
         let loops = bound_to(&system.structure.components[controller], "current_loop");
         let has_current_loops = loops.is_some_and(|p| ["true", "1"].contains(&p.value.as_str()));
         let own = gain_rule::IDEAL.into_iter().filter_map(|name| {
@@ -108,35 +131,25 @@ impl GainChoice<'_> {
             Some((name, value))
         });
         let own: Vec<(_, f64)> = own.collect();
-        let ideal = || gain_rule::ideal_gains_beside(&machine, &own);
-        let real = || gain_rule::gains_beside(&machine, &own);
-        let mut ruled: Vec<_> = match (is_as_built, has_current_loops) {
-            (true, true) => real()?,
-            (true, false) => {
-                let voltage = ideal()?.into_iter();
-                let voltage = voltage.filter(|gain| gain.name.starts_with("K_"));
-                let slow = real()?.into_iter();
-                let slow =
-                    slow.filter(|g| ["Lambda_position", "omega_tip", "gamma"].contains(&g.name));
-                voltage.chain(slow).collect()
-            }
-            (false, _) => ideal()?,
+        let actuators = match (is_as_built, has_current_loops) {
+            (false, _) => Actuators::Known,
+            (true, true) => Actuators::AsBuilt,
+            (true, false) => Actuators::AsBuiltOnVoltages,
         };
-        let known = Machine::reference().emla.lift;
-        let is_trained = machine.emla.in_order().map(|p| is_same_actuator(p, &known));
-        ruled.retain(|gain| {
+        let Ruled { mut gains, alpha } = ruled(&machine, actuators, &own)?;
+        gains.retain(|gain| {
             system.fmus[controller]
                 .description
                 .index(gain.name)
                 .is_some()
         });
         let mut told = Vec::new();
-        for gain in ruled {
+        for gain in gains {
             if self.bind_value(system, controller, gain.name, gain.value) {
                 told.push(format!("{} = {}", gain.name, gain.value));
             }
         }
-        if is_trained != [true; 3] {
+        if let Some(alpha) = alpha {
             let blended = system
                 .fmus
                 .iter()
@@ -144,7 +157,7 @@ impl GainChoice<'_> {
             let blended: Vec<_> = blended.collect();
             let mut has_changed = false;
             for component in (0..blended.len()).filter(|k| blended[*k]) {
-                has_changed |= self.bind_value(system, component, ALPHA, 0.0);
+                has_changed |= self.bind_value(system, component, ALPHA, alpha);
             }
             if has_changed {
                 told.push("alpha = 0, because the network was trained on another actuator".into());

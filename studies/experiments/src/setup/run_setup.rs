@@ -55,7 +55,7 @@ const CONTROLLER: &[&str] = &[
 const ACTUATOR: &[&str] = &["v_dc", "enable", "brake", "T_ambient", "F_ext"];
 
 /// Arguments that choose the machine and how it is run.
-#[derive(Args)]
+#[derive(Args, Default)]
 pub struct MachineArgs {
     #[command(flatten)]
     system: SystemArgs,
@@ -91,6 +91,14 @@ pub struct SetupBuilder<'a> {
 }
 
 impl MachineArgs {
+    /// A machine file, or a shipped machine, and nothing else.
+    pub fn of(machine: &str) -> Self {
+        Self {
+            file: Some(machine.into()),
+            ..Self::default()
+        }
+    }
+
     /// The machine that the arguments name, in the ideal world, on their path.
     pub fn setup(&self) -> SetupBuilder<'_> {
         SetupBuilder {

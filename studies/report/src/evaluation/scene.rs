@@ -8,9 +8,10 @@
 use anyhow::{Result, ensure};
 use cosim::{Recording, System};
 use experiments::machines::robot::equivalent_box;
+use experiments::setup::machine_choice::{Ruled, ruled};
 use hdrm::{BODIES, Body, Tree};
 use machine_file::{Geometry, Machine};
-use motion_check::gain_rule;
+use motion_check::gain_rule::Actuators;
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -44,9 +45,8 @@ pub struct LiveScene<'a> {
     name: &'a str,
     /// The machine file for the FMUs, whole; none for the reference machine, which they have.
     file: Option<&'a Machine>,
-    /// Gains of the controller in the page's worlds whose actuators are not ideal, by the rule; none
-    /// for the reference machine, whose systems bind theirs.
-    gains: BTreeMap<&'static str, f64>,
+    /// What the FMUs are given in each world besides the file, as by `hdrm-fmu run --machine`.
+    settings: BTreeMap<&'static str, BTreeMap<String, f64>>,
     bodies: &'a [BodyShape],
     tree: &'a Tree,
     floor: f64,
@@ -122,7 +122,28 @@ impl Scene {
     /// [`Scene::new`].
     pub fn to_live<'a>(&'a self, name: &'a str, machine: &'a Machine) -> Result<LiveScene<'a>> {
         let own = (*machine != Machine::reference()).then_some(machine);
-        let gains = own.map(gain_rule::gains).transpose()?.unwrap_or_default();
+        let worlds = [
+            (
+                "ideal",
+                Actuators::Known,
+                &["emla_1", "emla_2", "emla_3"][..],
+            ),
+            // Actuators as built have no network.
+            ("real", Actuators::AsBuilt, &[]),
+        ];
+        let settings = worlds.map(|(world, actuators, blended)| {
+            let Ruled { gains, alpha } = own
+                .map(|machine| ruled(machine, actuators, &[]))
+                .transpose()?
+                .unwrap_or_default();
+            let gains = gains.into_iter();
+            let gains = gains.map(|gain| (format!("controller.{}", gain.name), gain.value));
+            let alphas = alpha.into_iter().flat_map(|alpha| {
+                let components = ["controller"].iter().chain(blended);
+                components.map(move |component| (format!("{component}.alpha"), alpha))
+            });
+            Ok((world, gains.chain(alphas).collect()))
+        });
         let chart = LoadChart::new(machine, 1.0)?;
         let millimetres = |x: f64| (1000.0 * x).round() / 1000.0;
         let curve = |payload| LoadCurve {
@@ -134,7 +155,7 @@ impl Scene {
         Ok(LiveScene {
             name: own.map_or("", |_| name),
             file: own,
-            gains: gains.into_iter().map(|g| (g.name, g.value)).collect(),
+            settings: settings.into_iter().collect::<Result<_>>()?,
             bodies: &self.bodies,
             tree: &self.tree,
             floor: self.floor,
