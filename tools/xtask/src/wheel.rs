@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::time::SystemTime;
 
 use anyhow::{Context, Result, ensure};
 use cargo_fmu::notices::Notices;
@@ -14,7 +15,7 @@ use fmi_description::entries;
 use fmi_import::portability;
 
 use crate::python::Python;
-use crate::workspace::{FMU_PROFILE, Workspace, archives, file_name, profile};
+use crate::workspace::{FMU_PROFILE, Workspace, archives, file_name, files, profile};
 use crate::{dist, pack};
 
 /// The program that compiles the native module and writes the wheel.
@@ -34,6 +35,19 @@ const HANDED_OUT: [(&str, &str); 3] = [
     ("CARGO_PROFILE_RELEASE_OVERFLOW_CHECKS", "false"),
     ("CARGO_PROFILE_RELEASE_STRIP", "symbols"),
 ];
+/// What the packed suite is made from, besides the folders `fmu-*`.
+const MADE_FROM: [&str; 8] = [
+    "Cargo.lock",
+    "Cargo.toml",
+    "actuator-table",
+    "fmi",
+    "kit",
+    "machine",
+    "parameters",
+    "system",
+];
+/// The release profile compiles this crate without optimisation, for its tests.
+const FAST_BORDER: &str = "profile.release.package.fmu-export.opt-level=3";
 /// The library that a module for Windows needs; every Python 3 brings it.
 const PYTHON_DLL: &str = "python3.dll";
 
@@ -42,6 +56,10 @@ pub struct Options {
     /// Only put the FMUs and the parameters into the package, as pip needs them before it builds
     #[arg(long)]
     prepare: bool,
+    /// Pack the FMUs without optimisation of whole programs; those in the build folder are taken if
+    /// they are newer than their sources
+    #[arg(long, conflicts_with_all = ["fmus", "manylinux", "windows"])]
+    quick: bool,
     /// Of this folder of packed FMUs, such as that of `cargo xtask dist` [default: they are packed]
     #[arg(long, value_name = "DIR")]
     fmus: Option<PathBuf>,
@@ -77,6 +95,7 @@ pub fn run(workspace: &Workspace, caller: &Path, options: &Options) -> Result<()
     let targets = targets.collect::<Result<Vec<_>>>()?;
     let fmus = match &options.fmus {
         Some(folder) => caller.join(folder),
+        None if options.quick => quickly_packed(workspace)?,
         None => packed(workspace, !targets.is_empty())?,
     };
     if options.check {
@@ -110,6 +129,50 @@ fn packed(workspace: &Workspace, is_portable: bool) -> Result<PathBuf> {
     let folder = workspace.target.join("fmu-portable");
     pack::suite_with(workspace, &profile(FMU_PROFILE), &platforms, &folder)?;
     Ok(folder)
+}
+
+/// The folder of the suite for this machine, packed with the release profile unless it is packed and
+/// newer than all that it is made from.
+fn quickly_packed(workspace: &Workspace) -> Result<PathBuf> {
+    let folder = workspace.fmu_dir();
+    let names = pack::names(workspace)?;
+    let packed = names.iter().map(|name| changed(&folder.join(name)));
+    if let Ok(packed) = packed.collect::<Result<Vec<_>>>() {
+        let suite = fs::read_dir(&workspace.root)?.collect::<Result<Vec<_>, _>>()?;
+        let suite = suite.iter().map(|entry| entry.file_name());
+        let suite = suite.filter(|name| name.to_string_lossy().starts_with("fmu-"));
+        let made_from = MADE_FROM.into_iter().map(Into::into).chain(suite);
+        let sources = made_from.map(|name| last_changed(&workspace.root.join(name)));
+        let newest = sources.collect::<Result<Vec<_>>>()?.into_iter().max();
+        if packed.into_iter().min() > newest {
+            println!("taking the FMUs that are in {}", folder.display());
+            return Ok(folder);
+        }
+    }
+    let mut arguments = profile("release").to_vec();
+    arguments.extend(["--config".into(), FAST_BORDER.into()]);
+    pack::suite_with(workspace, &arguments, &Platforms::default(), &folder)?;
+    Ok(folder)
+}
+
+/// When a file was changed.
+fn changed(path: &Path) -> Result<SystemTime> {
+    let data = fs::metadata(path).with_context(|| path.display().to_string())?;
+    Ok(data.modified()?)
+}
+
+/// When a file, or the last of a folder's files, was changed.
+fn last_changed(path: &Path) -> Result<SystemTime> {
+    if path.is_file() {
+        return changed(path);
+    }
+    let times = files(path)?;
+    let times = times.iter().map(|file| changed(file));
+    let times = times.collect::<Result<Vec<_>>>()?;
+    times
+        .into_iter()
+        .max()
+        .with_context(|| path.display().to_string())
 }
 
 /// Replaces the package's data: the packed FMUs and systems of a folder, the parameter files, and
