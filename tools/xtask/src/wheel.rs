@@ -48,6 +48,8 @@ const MADE_FROM: [&str; 8] = [
 ];
 /// The release profile compiles this crate without optimisation, for its tests.
 const FAST_BORDER: &str = "profile.release.package.fmu-export.opt-level=3";
+/// Package of the native module.
+const MODULE: &str = "hdrm-fmu-python";
 /// The library that a module for Windows needs; every Python 3 brings it.
 const PYTHON_DLL: &str = "python3.dll";
 
@@ -150,7 +152,13 @@ fn quickly_packed(workspace: &Workspace) -> Result<PathBuf> {
         }
     }
     let mut arguments = profile("release").to_vec();
-    arguments.extend(["--config".into(), FAST_BORDER.into()]);
+    // With the module, so that what it shares with the FMUs has the same features and is compiled once.
+    let module = ["--package".into(), MODULE.into()];
+    arguments.extend(
+        ["--config".into(), FAST_BORDER.into()]
+            .into_iter()
+            .chain(module),
+    );
     pack::suite_with(workspace, &arguments, &Platforms::default(), &folder)?;
     Ok(folder)
 }
@@ -193,7 +201,7 @@ fn prepare(workspace: &Workspace, fmus: &Path, triple: &str) -> Result<()> {
         fs::copy(&from, to).with_context(|| from.display().to_string())?;
     }
     let notices = Notices::new(&workspace.cargo)?;
-    for (name, bytes) in notices.files(&workspace.cargo, "hdrm-fmu-python", &[triple])? {
+    for (name, bytes) in notices.files(&workspace.cargo, MODULE, &[triple])? {
         fs::write(data.join(name), bytes)?;
     }
     for licence in ["LICENSE-APACHE", "LICENSE-MIT"] {
