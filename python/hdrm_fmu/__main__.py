@@ -1,7 +1,8 @@
-"""`python -m hdrm_fmu`: the machine, Monte Carlo, sensitivity and tuning from the command line."""
+"""`python -m hdrm_fmu`: the machine, its FMUs for other tools, Monte Carlo, sensitivity and tuning from the command line."""
 
 import argparse
 import json
+import shutil
 import sys
 from pathlib import Path
 
@@ -21,6 +22,17 @@ def demo(args):
     plots.tip(data, args.out / "tip.png")
     plots.energy(data, args.out / "energy.png")
     print(f"figures in {args.out}")
+
+
+def fmus(args):
+    files = [*hdrm_fmu.fmus().values(), *hdrm_fmu.systems().values()]
+    there = [file.name for file in files if (args.out / file.name).exists()]
+    if there and not args.force:
+        raise BadInput(f"{args.out} holds {', '.join(there)} already; --force overwrites")
+    args.out.mkdir(parents=True, exist_ok=True)
+    for file in files:
+        shutil.copyfile(file, args.out / file.name)
+        print(args.out / file.name)
 
 
 def monte_carlo(args):
@@ -70,9 +82,9 @@ def arguments():
     parser = argparse.ArgumentParser(prog="python -m hdrm_fmu", description=__doc__.splitlines()[0])
     commands = parser.add_subparsers(required=True)
 
-    def command(function, help):
+    def command(function, help, out="hdrm_fmu", holds="results and figures"):
         sub = commands.add_parser(function.__name__.replace("_", "-"), help=help)
-        sub.add_argument("--out", type=Path, default=Path("hdrm_fmu"), metavar="DIR", help="folder for results and figures")
+        sub.add_argument("--out", type=Path, default=Path(out), metavar="DIR", help=f"folder for {holds} (default: %(default)s)")
         sub.set_defaults(function=function)
         return sub
 
@@ -81,6 +93,8 @@ def arguments():
     motion.add_argument("--trajectory", default="cubic", help="cubic or triangular (default: %(default)s)")
     motion.add_argument("--waypoints", metavar="FILE", help="path that the tip follows instead: a JSON or CSV file, or the name of a built-in path")
     sub.add_argument("--mode", default="adaptive", help=f"control law, one of {', '.join(hdrm_fmu.MODES)} (default: %(default)s)")
+    sub = command(fmus, "write the packed FMUs (FMI 2.0) and systems, for other tools", "fmus", "the files")
+    sub.add_argument("--force", action="store_true", help="overwrite files of these names")
     sub = command(monte_carlo, "control laws on many machines of the real world, whose bodies and sensors are drawn by seed; prints median, 95 %% quantile and worst")
     sub.add_argument("--seeds", type=int, default=20, metavar="N", help="machines, drawn by the seeds 1 to N (default: %(default)s)")
     sub.add_argument("--modes", nargs="+", default=["adaptive_integral", "modular_integral"], metavar="MODE", help=f"control laws, of {', '.join(hdrm_fmu.MODES)} (default: adaptive_integral modular_integral)")
@@ -110,6 +124,8 @@ def main():
         args.function(args)
     except (BadInput, RunFailed, SweepStopped) as error:
         sys.exit(f"error: {error}")
+    except OSError as error:
+        sys.exit(f"error: `{error.filename}`: {error.strerror}")
 
 
 if __name__ == "__main__":
