@@ -15,7 +15,7 @@ PRODUCTS = {
     "kit": ["cargo-fmu", "fmu-export", "fmu-export-derive"],
     "master": ["cosim", "cosim-page", "cosim-wasm", "page-files", "system-structure"],
     "machine": ["dclink", "emla", "hdrm", "machine-file", "model-rules", "motion-check", "rig", "sensors", "spatial", "tip-path", "vdc"],
-    "studies": ["charts", "experiments", "report", "surrogate"],
+    "studies": ["charts", "experiments", "machine-sheet", "report", "surrogate"],
     "tools": ["fuzz", "torture", "unified-features", "xtask"],
 }
 NO_CRATES = {"studies": ["machine-page"], "tools": ["benches", "rust-fmi-importer"]}
@@ -59,6 +59,7 @@ OF_MACHINE = {
     "charts": [],
     "experiments": ["emla", "hdrm", "machine-file", "motion-check", "rig", "spatial", "tip-path"],
     "hdrm-fmu-python": ["machine-file", "motion-check", "tip-path"],
+    "machine-sheet": ["hdrm", "machine-file", "motion-check"],
     "report": ["hdrm", "machine-file", "motion-check"],
     "surrogate": ["emla", "machine-file", "rig", "sensors"],
 }

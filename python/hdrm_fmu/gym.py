@@ -12,7 +12,8 @@ import numpy as np
 
 from hdrm_fmu.errors import BadInput, RunFailed
 from hdrm_fmu.names import by_name, positive, whole
-from hdrm_fmu.running import all_settings, read_machine, refuse, world_system
+from hdrm_fmu.machines import read_machine
+from hdrm_fmu.running import all_settings, refuse, world_system
 from hdrm_fmu.system import Files, System
 
 Bounds = Mapping[str, "tuple[float, float]"]

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import json
-import os
 import tempfile
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from hdrm_fmu import _native
 from hdrm_fmu.errors import BadInput, RunFailed
-from hdrm_fmu.files import DATA, MACHINE, parameters
+from hdrm_fmu.files import DATA, MACHINE
+from hdrm_fmu.machines import MachineSource, read_machine
 from hdrm_fmu.names import choice, whole
 from hdrm_fmu.paths import Waypoints
 from hdrm_fmu.run_options import RunOptions, complete, explicit
@@ -36,29 +35,6 @@ def world_path(world):
 def world_system(world="ideal", real_parameters=_native.REAL_PARAMETERS, **options):
     """The system of a world, not loaded yet; `real_parameters` is the parameter set of the real world, options as of `System`."""
     return System(world_path(world), parameters=[real_parameters] if world == "real" else [], **options)
-
-
-def read_machine(machine):
-    """Checked text of a machine file with all that it extends, and the parameter set that belongs to it in the real world: `machine` is the name
-    of a shipped one (as in the programs, or of its file in `parameters()`), a path, or what is in such a file."""
-    if machine is None:
-        return None, _native.REAL_PARAMETERS
-    if isinstance(machine, dict):
-        text, name, file = json.dumps(machine), "the machine", None
-    elif isinstance(machine, str) and _native.shipped_machine(machine) is not None:
-        text, name, file = json.dumps({"extends": machine}), f"`{machine}`", None
-    else:
-        name = f"`{machine}`"
-        try:
-            file = Path(parameters().get(str(machine), machine)).absolute()
-            text = file.read_text()
-        except (OSError, TypeError, UnicodeDecodeError) as error:
-            why = getattr(error, "strerror", error)
-            raise BadInput(f"{name} cannot be read: {why}; machines that come with the package: {', '.join(_native.MACHINES)}") from None
-    try:
-        return _native.whole_machine(text, file)
-    except RunFailed as error:
-        raise BadInput(f"{name}: {error}") from None
 
 
 def case_settings(case, world):
@@ -102,7 +78,7 @@ def run(
     mode: str | None = None,
     world: str = "ideal",
     seed: int | None = None,
-    machine: str | os.PathLike[str] | dict[str, Any] | None = None,
+    machine: MachineSource | None = None,
     waypoints: Waypoints | None = None,
     step: float | None = None,
     schedule: str | None = None,
@@ -121,7 +97,7 @@ def run(
     world : `ideal` (the controller's own model) or `real` (actuators as built, sensors, delay).
     seed : of the machine and of the sensors' errors in the world `real`; default: the machine as drawn, sensors of their own seed. With
         `machine` the manipulator is drawn around that one, which all other FMUs use as it is.
-    machine : a machine file that all FMUs use: a shipped one by name (`reference`, `sized`, `hiab_xs031`), a path, or what is in it. In the
+    machine : a machine that all FMUs use: a `Machine`, a shipped one by name (`reference`, `sized`, `hiab_xs031`), a path, or what is in it. In the
         world `real` a shipped machine, or one that extends it, brings its gains; gains that are not given are those of the rule of
         `hdrm-fmu machine gains`, and the findings list them.
     waypoints : path that the tip follows instead of a trajectory: a JSON or CSV file of waypoints or samples, `iso9283-cube` or

@@ -15,7 +15,8 @@ from hdrm_fmu import _native
 from hdrm_fmu.cases import grid
 from hdrm_fmu.errors import BadInput, RunFailed
 from hdrm_fmu.names import unknown, whole
-from hdrm_fmu.running import read_machine, refuse, run, world_system
+from hdrm_fmu.machines import Machine
+from hdrm_fmu.running import refuse, run, world_system
 from hdrm_fmu.sweeping import chosen_system, sweep
 
 #: Share of a range's logarithm within which a gain counts as being at its bound.
@@ -217,9 +218,8 @@ def _ruled(options, gains):
     """The values of these gains by the rule; none without a machine on actuators as built."""
     if options.get("world") != "real" or options.get("machine") is None:
         return {}
-    text, _ = read_machine(options["machine"])
-    rule = _native.ruled_gains(text)
-    return {name: rule[name.removeprefix("controller.")] for name in gains if name.removeprefix("controller.") in rule}
+    rule = Machine(options["machine"]).gains()["value"]
+    return {name: float(rule[name.removeprefix("controller.")]) for name in gains if name.removeprefix("controller.") in rule}
 
 
 def _metrics(metric, system):

@@ -20,7 +20,8 @@ from hdrm_fmu.errors import BadInput, RunFailed, SweepStopped
 from hdrm_fmu.files import identity
 from hdrm_fmu.paths import Waypoints, check_free, tip_path
 from hdrm_fmu.run_options import RunOptions, complete, explicit
-from hdrm_fmu.running import case_settings, read_machine, refuse, world_system
+from hdrm_fmu.machines import read_machine
+from hdrm_fmu.running import case_settings, refuse, world_system
 from hdrm_fmu.store import Store, check_folder, read_rows
 from hdrm_fmu.system import System, forget_systems
 from hdrm_fmu.tasks import Case, case_key, check_worker, run_case, start_case, system_key

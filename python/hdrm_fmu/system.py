@@ -18,6 +18,7 @@ import xarray
 from hdrm_fmu import _native
 from hdrm_fmu.errors import BadInput, RunFailed
 from hdrm_fmu.files import DATA, digest, identity
+from hdrm_fmu.findings import ATTRIBUTE, as_json, as_text, found
 from hdrm_fmu.names import TRUTHS, Names, Variable, by_name, choice, positive, whole
 from hdrm_fmu.paths import FILE, TRAJECTORY, Waypoints, check_free, tip_path
 from hdrm_fmu.run_options import RunOptions, complete, explicit
@@ -398,12 +399,14 @@ class System(Stepped):
             variables[name] = ("time", np.frombuffer(column), attributes)
         time = ("time", np.frombuffer(done["time"]), {"units": "s", "long_name": "time"})
         data = Result(variables, coords={"time": time})
-        found = [("! " if is_bad else "- ") + text for is_bad, text in done["findings"]]
+        components = list(self.components)
+        findings = [found(is_bad, text, components) for is_bad, text in done["findings"]]
         if about.get("gains"):
-            found.append(f"- gains by the rule for the machine: {about['gains']}")
+            findings.append(found(False, f"gains by the rule for the machine: {about['gains']}", components))
         data.attrs = {
             "verdict": "BAD" if done["is_bad"] else "good",
-            "findings": "\n".join(found),
+            "findings": as_text(findings),
+            ATTRIBUTE: as_json(findings),
             **done["metrics"],
             "system": self.path.name,
             **{name: about[name] for name in ("world", "seed", "machine", "hash") if about.get(name) is not None},

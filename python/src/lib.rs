@@ -1,6 +1,6 @@
 //! The native part of the Python package `hdrm_fmu`: a loaded system ([`system`]), whole runs
-//! ([`run`]) with their metrics ([`metrics`]), a run that a script steps ([`session`]), and the
-//! files that runs read ([`inputs`]).
+//! ([`run`]) with their metrics ([`metrics`]), a run that a script steps ([`session`]), path files
+//! ([`inputs`]), and machine files with what is told of them ([`machines`]).
 //!
 //! Users call the Python package around it, which checks names and values before it calls this
 //! module. The interpreter's lock is released while FMUs are loaded, run or stepped.
@@ -8,6 +8,7 @@
 
 mod errors;
 mod inputs;
+mod machines;
 mod metrics;
 mod run;
 mod session;
@@ -51,9 +52,16 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(reuse_instances, module)?)?;
     module.add_function(wrap_pyfunction!(kept_instances, module)?)?;
     module.add("BUILT_IN_PATHS", tip_path::BUILT_IN.to_vec())?;
-    module.add_function(wrap_pyfunction!(inputs::whole_machine, module)?)?;
-    module.add_function(wrap_pyfunction!(inputs::ruled_gains, module)?)?;
-    module.add_function(wrap_pyfunction!(inputs::shipped_machine, module)?)?;
+    module.add_function(wrap_pyfunction!(machines::whole_machine, module)?)?;
+    module.add_function(wrap_pyfunction!(machines::shipped_machine, module)?)?;
+    module.add_function(wrap_pyfunction!(machines::ruled_gains, module)?)?;
+    module.add_function(wrap_pyfunction!(machines::check_machine, module)?)?;
+    module.add_function(wrap_pyfunction!(machines::scaled_machine, module)?)?;
+    module.add_function(wrap_pyfunction!(machines::perturbed_machine, module)?)?;
+    module.add_function(wrap_pyfunction!(machines::load_chart, module)?)?;
+    module.add_function(wrap_pyfunction!(machines::draw_machine, module)?)?;
+    module.add_function(wrap_pyfunction!(machines::sizing_of, module)?)?;
+    module.add_function(wrap_pyfunction!(machines::path_check, module)?)?;
     module.add_function(wrap_pyfunction!(inputs::is_built_in_path, module)?)?;
     module.add_function(wrap_pyfunction!(inputs::path_has_loads, module)?)?;
     module.add_function(wrap_pyfunction!(metrics::metric_names, module)?)?;

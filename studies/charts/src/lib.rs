@@ -142,9 +142,8 @@ impl Panel {
         let mut mesh = chart.configure_mesh();
         mesh.light_line_style(TRANSPARENT).label_style(FONT);
         mesh.x_desc(&self.x_label).y_desc(&self.y_label);
-        if let Some(y_format) = y_format {
-            mesh.y_label_formatter(y_format);
-        }
+        mesh.x_label_formatter(&short);
+        mesh.y_label_formatter(y_format.unwrap_or(&short));
         mesh.draw()?;
         for curve in &self.curves {
             let color = curve.color;
@@ -289,10 +288,74 @@ pub fn write(picture: &impl Picture, file: &Path, size: (u32, u32)) -> Result<()
     Ok(output_file::write(file, text)?)
 }
 
+/// Colours of slew, lift, tilt and the three joints of the wrist, the same in every figure.
+const AXES: [RGBColor; 6] = [
+    RGBColor(31, 119, 180),
+    RGBColor(225, 110, 10),
+    RGBColor(44, 140, 44),
+    RGBColor(214, 39, 40),
+    RGBColor(148, 103, 189),
+    RGBColor(120, 76, 65),
+];
+
+/// Colours of curves with these names: that of the axis which a name says, darker and lighter where
+/// several belong to one axis, and different ones for all others.
+pub fn colors(names: &[&str]) -> Vec<RGBColor> {
+    let axes: Vec<_> = names.iter().map(|name| axis(name)).collect();
+    let others = axes.iter().filter(|axis| axis.is_none()).count();
+    let color = |k: usize| {
+        let before = axes[..k].iter().filter(|axis| **axis == axes[k]).count();
+        let Some(axis) = axes[k] else {
+            return wheel(before, others);
+        };
+        let shade = [1.0, 0.6, 1.5, 0.35, 2.0][before % 5];
+        let shaded = |c: u8| {
+            let c = f64::from(c);
+            let c = if shade > 1.0 {
+                255.0 - (255.0 - c) / shade
+            } else {
+                c * shade
+            };
+            c as u8
+        };
+        let RGBColor(r, g, b) = AXES[axis];
+        RGBColor(shaded(r), shaded(g), shaded(b))
+    };
+    (0..names.len()).map(color).collect()
+}
+
+/// The axis that a name says: `slew`, `emla_1`, `[1]` or `joint 1` is the first, `wrist 1` the fourth.
+fn axis(name: &str) -> Option<usize> {
+    let called = ["slew", "lift", "tilt"];
+    if let Some(k) = called.iter().position(|axis| name.contains(axis)) {
+        return Some(k);
+    }
+    let digit = |(_, rest): (&str, &str)| rest.chars().next()?.to_digit(10);
+    let marked = name.split_once("emla_").and_then(digit);
+    let ending = || {
+        name.trim_end_matches([']', ')'])
+            .chars()
+            .last()?
+            .to_digit(10)
+    };
+    let is_ending = name.ends_with(']') || name.contains("joint") || name.contains("wrist");
+    let number = marked.or_else(|| ending().filter(|_| is_ending))? as usize;
+    let is_of_wrist = name.contains("wrist") && number <= 3;
+    let axis = number.checked_sub(1)? + if is_of_wrist { 3 } else { 0 };
+    (axis < AXES.len()).then_some(axis)
+}
+
 /// The k-th of `count` different colours.
 pub fn wheel(k: usize, count: usize) -> RGBColor {
     let (r, g, b) = HSLColor(k as f64 / count.max(1) as f64, 0.65, 0.42).rgb();
     RGBColor(r, g, b)
+}
+
+/// A number beside an axis, without digits that say nothing.
+#[allow(clippy::trivially_copy_pass_by_ref)] // as plotters asks
+fn short(value: &f64) -> String {
+    let rounded = (value * 1e9).round() / 1e9;
+    (if rounded == 0.0 { 0.0 } else { rounded }).to_string()
 }
 
 /// Smallest and largest value; an interval around a single one.
@@ -303,5 +366,32 @@ pub fn extent(values: impl Iterator<Item = f64>) -> (f64, f64) {
         (low, high)
     } else {
         (low - 1.0, low + 1.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_axis_has_one_color() {
+        let lift = colors(&["emla_2.F"])[0];
+        for name in [
+            "rod speed of lift",
+            "hdrm.zeta[2]",
+            "joint 2 (lift)",
+            "emla_2",
+        ] {
+            assert_eq!(colors(&[name, "a"])[0], lift, "{name}");
+        }
+        assert_eq!(colors(&["wrist torque 1"]), colors(&["joint 4 (wrist 1)"]));
+        let all = colors(&["emla_2.i_d", "emla_2.i_q", "emla_1.i_d", "x", "y"]);
+        assert!((1..5).all(|k| !all[..k].contains(&all[k])), "{all:?}");
+    }
+
+    #[test]
+    fn numbers_are_short() {
+        let shown = [0.1 + 0.2, 45000.0, -0.0, 12.5].map(|value| short(&value));
+        assert_eq!(shown, ["0.3", "45000", "0", "12.5"]);
     }
 }

@@ -11,6 +11,7 @@ pub(crate) mod faults;
 pub(crate) mod identification;
 pub(crate) mod imported_run;
 pub mod inertia;
+pub mod machine_check;
 pub mod margins;
 pub(crate) mod rest;
 pub mod robustness;
@@ -19,7 +20,7 @@ pub mod stability;
 pub mod surrogate_loop;
 pub mod testbed;
 pub(crate) mod tournament;
-pub(crate) mod trials;
+pub mod trials;
 pub(crate) mod weighing;
 
 /// Says in words whether a target is met; a target that is missed makes the verdict bad with the

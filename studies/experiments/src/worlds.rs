@@ -14,9 +14,8 @@ mod strict;
 mod world;
 
 pub use perturbation::{Bounds, Cases};
-pub use strict::SYSTEM as STRICT_SYSTEM;
 pub(crate) use world::value_name;
 pub use world::{
-    BENDING_STEP, BENDING_SYSTEM, BENDING_TARGET, PARAMETERS, SCALES, SYSTEM, World, cases,
-    parameter_set_of, without_worlds,
+    BENDING_STEP, BENDING_SYSTEM, BENDING_TARGET, MACHINE, PARAMETERS, SCALES, SYSTEM, World,
+    cases, parameter_set_of, without_worlds,
 };

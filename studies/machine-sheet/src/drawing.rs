@@ -20,8 +20,8 @@ use plotters::prelude::*;
 use self::bands::Bands;
 pub use self::sheet::Sheet;
 use self::sheet::{FONT, HEAD};
-use super::load_chart::LoadChart;
-use super::side_view::SideView;
+use crate::load_chart::LoadChart;
+use crate::side_view::SideView;
 use charts::{Area, DrawResult, Picture, write};
 
 /// Size of the sheet, of a view, of the title, pixels.

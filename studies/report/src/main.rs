@@ -1,12 +1,11 @@
 //! The program `hdrm-fmu-report`, which draws: the evaluation as one page ([`evaluation`]), a
-//! machine on a sheet ([`machines`]), signals over time ([`plot`]), figures of sizing and of
+//! machine on a sheet (crate `machine-sheet`), signals over time ([`plot`]), figures of sizing and of
 //! margins along a path; and writes the live page's scene. `hdrm-fmu` starts it with its own
 //! arguments; crate `experiments` computes most numbers.
 #![forbid(unsafe_code)]
 
 mod commands;
 mod evaluation;
-mod machines;
 mod margins_figure;
 mod plot;
 mod sizing_figure;

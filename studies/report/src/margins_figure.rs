@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::Result;
-use charts::{Curve, Figure, Panel, wheel};
+use charts::{Curve, Figure, Panel, colors};
 use experiments::machines::path_margins::PathMargins;
 use motion_check::Quantity;
 
@@ -25,11 +25,16 @@ const PANELS: [(&str, std::ops::Range<usize>); 6] = [
 pub fn draw(margins: &PathMargins, folder: &Path) -> Result<[PathBuf; 2]> {
     let stride = margins.times.len().div_ceil(POINTS).max(1);
     let panel = |(title, quantities): (&str, std::ops::Range<usize>)| {
-        let count = quantities.len();
-        let curves = quantities.enumerate().map(|(i, k)| {
+        let names: Vec<_> = quantities
+            .clone()
+            .map(|k| Quantity::all()[k].to_string())
+            .collect();
+        let names: Vec<_> = names.iter().map(String::as_str).collect();
+        let colored = quantities.zip(&names).zip(colors(&names));
+        let curves = colored.map(|((k, name), color)| {
             let points = margins.times.iter().zip(&margins.parts).step_by(stride);
             let points = points.map(|(t, parts)| (*t, 100.0 * parts[k])).collect();
-            Curve::new(&Quantity::all()[k].to_string(), wheel(i, count), points)
+            Curve::new(name, color, points)
         });
         Panel::over_time(&format!("{title}: left of the range, %"), curves.collect())
     };

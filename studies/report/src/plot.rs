@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Result, ensure};
 use cosim::run::signals::matches_pattern;
+use plotters::style::RGBColor;
 
-use charts::{Curve, Figure, Panel, wheel};
+use charts::{Curve, Figure, Panel, colors};
 use surrogate::measurement::signal_file::SignalFile;
 
 /// A curve is drawn with at most this number of points.
@@ -45,12 +46,14 @@ pub fn draw(csv: &Path, patterns: &[String], folder: &Path) -> Result<[PathBuf; 
 
 fn panel(file: &SignalFile, unit: &str, columns: &[usize]) -> Panel {
     let stride = file.times().len().div_ceil(POINTS).max(1);
-    let curve = |(i, k): (usize, &usize)| {
+    let names: Vec<_> = columns.iter().map(|k| file.names[*k].as_str()).collect();
+    let curve = |(k, color): (&usize, RGBColor)| {
         let points = file.times().iter().zip(&file.columns[*k]);
         let points = points.step_by(stride).map(|(t, v)| (*t, *v)).collect();
-        Curve::new(&file.names[*k], wheel(i, columns.len()), points)
+        Curve::new(&file.names[*k], color, points)
     };
-    Panel::over_time(unit, columns.iter().enumerate().map(curve).collect())
+    let curves = columns.iter().zip(colors(&names)).map(curve);
+    Panel::over_time(unit, curves.collect())
 }
 
 #[cfg(test)]

@@ -9,4 +9,4 @@ mod study;
 
 pub use axis::{Axis, WINDING_LIMIT};
 pub use recorded::ports;
-pub use study::{Sizing, evaluate, run};
+pub use study::{Sizing, cases, evaluate, run};

@@ -6,6 +6,7 @@
 //! wrist's inertia does not resist. What it exceeds there is a note.
 
 use std::fmt;
+use std::path::Path;
 
 use anyhow::Result;
 use cosim::Master;
@@ -35,7 +36,7 @@ const TOLD: usize = 3;
 pub struct Trial {
     /// World, and whether the hook is full.
     pub world: World,
-    is_full: bool,
+    pub is_full: bool,
     /// Root mean square and maximum of the tip error over the motion, m; None: the run failed.
     pub error: Option<[f64; 2]>,
     /// Reasons for which the machine is not kept.
@@ -44,11 +45,17 @@ pub struct Trial {
     pub before: Vec<String>,
 }
 
-/// Runs the four trials of the machine with this name or file.
-pub fn trials(name: &str, machine: &Machine) -> Result<Vec<Trial>> {
+/// Runs the four trials of the machine with this name or file; the systems are those of the folder
+/// `systems`, by default as the commands find them.
+pub fn trials(name: &str, machine: &Machine, systems: Option<&Path>) -> Result<Vec<Trial>> {
     let arguments = MachineArgs::of(name);
-    let worlds = [World::Ideal, World::Real];
-    let setups = worlds.map(|world| Ok((world, arguments.setup().world(world).build()?)));
+    let setups = [World::Ideal, World::Real].map(|world| {
+        let mut setup = arguments.setup().world(world);
+        if let Some(folder) = systems {
+            setup = setup.packed(&folder.join(world.system()));
+        }
+        Ok((world, setup.build()?))
+    });
     let mut done = Vec::new();
     for (world, setup) in setups.into_iter().collect::<Result<Vec<_>>>()? {
         for is_full in [true, false] {

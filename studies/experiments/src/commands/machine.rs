@@ -7,23 +7,17 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail, ensure};
 use clap::{Args, Subcommand};
 use cosim::cli::{output, print};
-use hdrm::HdrmError;
-use machine_file::{AXES, Machine, Source, extension_of, preset};
-use motion_check::gain_rule::{self, Actuators, GainError, RuledGain};
-use motion_check::{AllowedRanges, DemandModel, Motion, Payload};
+use machine_file::{extension_of, preset};
+use motion_check::gain_rule::{self, Actuators, RuledGain};
 
 use super::pictures::{DrawArgs, SceneArgs};
-use crate::analyses::trials::{self, Trial};
-use crate::machines::continuous_torque::ContinuousTorque;
+use crate::analyses::machine_check::{self, Checked, at_start};
 use crate::machines::robot::{Robot, mjcf, urdf};
 use crate::machines::scaling::booms;
-use crate::machines::strokes::beyond_strokes;
 use crate::print::gains::parameter_set;
 use crate::print::output::{write, write_json};
 use crate::setup::machine_choice::read;
-use crate::setup::run_setup::adaptation_warning;
 use crate::worlds::perturbation::{Bounds, draw};
-use crate::worlds::{PARAMETERS, parameter_set_of};
 
 #[derive(Subcommand)]
 pub enum MachineCommand {
@@ -149,20 +143,7 @@ pub fn run(command: &MachineCommand) -> Result<()> {
 }
 
 fn check(name: &str, with_trials: bool) -> Result<()> {
-    let (found, notes) = match Source::named(name) {
-        Err(error) => (error.lines(), Vec::new()),
-        Ok(source) => {
-            let machine = &source.machine;
-            let [mut found, mut notes] = at_start(machine);
-            if found.is_empty() {
-                notes.extend(gains_warning(machine, source.shipped())?);
-                if with_trials {
-                    found = tried(name, machine, &mut notes)?;
-                }
-            }
-            (found, notes)
-        }
-    };
+    let Checked { found, notes, .. } = machine_check::check(name, with_trials, None)?;
     print_notes(&notes)?;
     if found.is_empty() {
         let tried = if with_trials {
@@ -182,74 +163,6 @@ fn check(name: &str, with_trials: bool) -> Result<()> {
         ""
     };
     bail!("{name}: {} found{hint}", found.len())
-}
-
-/// Errors of a machine whose single values are in range: loops that do not close, a start pose that
-/// it cannot hold. Second, notes on motors that cannot hold the start pose continuously.
-fn at_start(machine: &Machine) -> [Vec<String>; 2] {
-    let capability = match DemandModel::new(machine, &Payload::from_machine(machine)) {
-        Err(HdrmError::Geometry(error)) => return [vec![format!("`geometry`: {error}")], vec![]],
-        Err(error) => return [vec![error.to_string()], vec![]],
-        Ok(capability) => capability,
-    };
-    let demand = capability.demand(&Motion::rest(machine.start.zeta));
-    let margins = AllowedRanges::from_machine(machine).margins(&demand);
-    let unfit = match beyond_strokes(machine) {
-        Ok(unfit) => unfit,
-        Err(error) => return [vec![format!("`geometry`: {error}")], vec![]],
-    };
-    if !unfit.is_empty() {
-        return [unfit, vec![]];
-    }
-    let beyond = margins.iter().filter(|margin| !margin.holds());
-    let beyond = beyond.map(|margin| format!("at the start pose, `start.zeta`, at rest: {margin}"));
-    let motors = AXES.into_iter().zip(demand.tau_e);
-    let warm = motors.zip(ContinuousTorque::from_machine(machine));
-    let warm = warm.filter(|((_, torque), most)| torque.abs() > most.torque);
-    let warm = warm.map(|((axis, torque), ContinuousTorque { torque: most, by })| {
-        format!(
-            "the start pose cannot be held for ever: motor torque of {axis} = {torque:.1} N·m, of which {most:.1} N·m may last ({by})"
-        )
-    });
-    [beyond.collect(), warm.collect()]
-}
-
-/// A warning if the parameter set that ships for the real world does not fit a machine.
-fn gains_warning(machine: &Machine, shipped: Option<&str>) -> Result<Option<String>> {
-    let set = parameter_set_of(shipped);
-    let own = shipped.filter(|_| set != PARAMETERS);
-    let made_for = read(own.unwrap_or("reference"))?;
-    let wrong = adaptation_warning(machine, gain_rule::gamma(&made_for)?)?;
-    Ok(wrong.map(|text| format!("with {set} in the real world: {text}")))
-}
-
-/// What the trials in closed loop find. Their tip errors become notes, and so does what is found in a
-/// trial that is no verdict, or before the motion.
-fn tried(name: &str, machine: &Machine, notes: &mut Vec<String>) -> Result<Vec<String>> {
-    let trials = match trials::trials(name, machine) {
-        Ok(trials) => trials,
-        // A machine without gains is not tried.
-        Err(error) => match error.downcast_ref::<GainError>() {
-            Some(none) => return Ok(vec![none.to_string()]),
-            None => return Err(error),
-        },
-    };
-    notes.extend(trials.iter().map(Trial::to_string));
-    let mut found = Vec::new();
-    for trial in &trials {
-        let reasons = trial.reasons.iter();
-        let reasons = reasons.map(|reason| format!("{}: {reason}", trial.name()));
-        match trial.is_verdict() {
-            true => found.extend(reasons),
-            false => notes.extend(reasons),
-        }
-        let before = trial.before.iter();
-        notes.extend(before.map(|text| format!("{}, before the motion: {text}", trial.name())));
-    }
-    if !found.is_empty() {
-        found.push(trials::cause(machine, &found)?);
-    }
-    Ok(found)
 }
 
 fn gains(machine: &str, is_ideal: bool, output: Option<&Path>) -> Result<()> {

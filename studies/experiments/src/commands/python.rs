@@ -8,8 +8,7 @@ use std::process::{Command, ExitStatus};
 use anyhow::{Context, Result, bail};
 use cosim::cli::find;
 
-use crate::setup::run_setup::MACHINE;
-use crate::worlds::BENDING_SYSTEM;
+use crate::worlds::{BENDING_SYSTEM, MACHINE};
 
 /// Environment variable that is set in the program restarted with Python.
 const STARTED: &str = "HDRM_FMU_WITH_PYTHON";

@@ -8,7 +8,6 @@ use cosim::Verdict;
 use cosim::cli::{output, print};
 
 use crate::analyses::sizing::{self, Sizing};
-use crate::measures::energy;
 use crate::print::output::{conditions, finish, write};
 use crate::print::sizing::{text, write_csv};
 use crate::setup::run_setup::MachineArgs;
@@ -33,16 +32,12 @@ pub struct SizingArgs {
 
 /// Prints the loads of motors and actuators; also returns them for each case, for figures.
 pub fn sizing(args: &SizingArgs) -> Result<(Verdict, Vec<(String, Sizing)>)> {
-    let (system, base, mut verdict) = args.machine.setup().build()?.into_parts();
-    let mut done = Vec::new();
-    for (case, experiment) in energy::trajectory_cases(&system, &base)? {
-        let found = sizing::run(&system, &experiment, args.payload_step)?;
-        print(text(&found, &format!("{case} trajectory")) + "\n")?;
-        verdict.extend(found.verdict.clone().prefixed(&case));
-        done.push((case, found));
-    }
+    let setup = args.machine.setup().build()?;
+    let mut found = conditions(&setup.system, &setup.base);
+    let (done, verdict) = sizing::cases(setup, args.payload_step, |case, sizing| {
+        print(text(sizing, &format!("{case} trajectory")) + "\n")
+    })?;
     write(args.csv.as_deref(), |to| write_csv(&done, to))?;
-    let mut found = conditions(&system, &base);
     for (case, sizing) in &done {
         found["sizing"][case] = serde_json::to_value(sizing)?;
     }

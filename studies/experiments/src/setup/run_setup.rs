@@ -18,12 +18,7 @@ use super::loads;
 use super::machine_choice::{self, GainChoice};
 use crate::machines::path_margins;
 use crate::setup::start_values::{add_settings, path_settings};
-use crate::worlds::{
-    BENDING_STEP, BENDING_SYSTEM, STRICT_SYSTEM, SYSTEM, World, parameter_set_of, without_worlds,
-};
-
-/// The packed system of the ideal world.
-pub const MACHINE: &str = "Manipulator.ssp";
+use crate::worlds::{BENDING_STEP, World, parameter_set_of, without_worlds};
 
 /// Parameter of controller and actuators: how many steps late their outputs act.
 const DELAY: &str = "delay";
@@ -180,7 +175,7 @@ impl SetupBuilder<'_> {
             arguments.parameters.clear();
         }
         let start_values = &self.args.run.settings;
-        let mut system = arguments.load(start_values, || find(self.world_system()))?;
+        let mut system = arguments.load(start_values, || find(self.world.system()))?;
         if let Some(machine) = &self.args.file {
             machine_choice::bind(&mut system, machine)
                 .with_context(|| format!("--machine {machine}"))?;
@@ -213,15 +208,6 @@ impl SetupBuilder<'_> {
         let gains = gains.with_context(|| format!("--machine {machine}"))?;
         let sentence = |gains| format!("gains by the rule for {machine}: {gains}");
         Ok((system, gains.map(sentence)))
-    }
-
-    fn world_system(&self) -> &'static str {
-        match self.world {
-            World::Ideal => MACHINE,
-            World::Real | World::StrictRigid => SYSTEM,
-            World::Bending => BENDING_SYSTEM,
-            World::Strict => STRICT_SYSTEM,
-        }
     }
 
     /// The system, ready to run. Fails if arguments do not fit the system or bind a value twice.

@@ -13,6 +13,8 @@ use super::perturbation::{Bounds, Cases};
 use super::strict;
 use crate::runs::grid::{ALL_TRAJECTORIES, Case, TRAJECTORIES};
 
+/// Packed system of the ideal world.
+pub const MACHINE: &str = "Manipulator.ssp";
 /// Packed system of the real world.
 pub const SYSTEM: &str = "Real.ssp";
 /// Parameter set of the real world: other gains, and the delay in the controller.
@@ -54,6 +56,16 @@ impl World {
     /// Name on the command line.
     pub fn name(self) -> String {
         value_name(self)
+    }
+
+    /// Its packed system.
+    pub fn system(self) -> &'static str {
+        match self {
+            Self::Ideal => MACHINE,
+            Self::Real | Self::StrictRigid => SYSTEM,
+            Self::Bending => BENDING_SYSTEM,
+            Self::Strict => strict::SYSTEM,
+        }
     }
 
     /// Whether its plant bends; such a plant is computed by MuJoCo in Python.

@@ -4,7 +4,7 @@ use plotters::prelude::*;
 
 use super::frame::series_names;
 use super::sheet::{FONT, SMALL, Sheet};
-use crate::machines::load_chart::LoadPoint;
+use crate::load_chart::LoadPoint;
 use charts::{Area, DrawResult, wheel};
 
 /// Number of intervals that the reach is divided into.

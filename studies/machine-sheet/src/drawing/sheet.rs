@@ -3,8 +3,8 @@
 use machine_file::Machine;
 
 use super::bands::Bands;
-use crate::machines::load_chart::LoadChart;
-use crate::machines::side_view::SideView;
+use crate::load_chart::LoadChart;
+use crate::side_view::SideView;
 
 pub(super) const FONT: (&str, i32) = ("sans-serif", 15);
 pub(super) const SMALL: (&str, i32) = ("sans-serif", 13);

@@ -13,10 +13,9 @@ use experiments::commands::pictures::{DrawArgs, PlotArgs, SceneArgs};
 use experiments::commands::sizing::{self, SizingArgs};
 use experiments::print::output::write;
 use experiments::setup::machine_choice::read;
+use machine_sheet::{LoadChart, Sheet};
 
 use crate::evaluation::scene::Scene;
-use crate::machines::drawing::Sheet;
-use crate::machines::load_chart::LoadChart;
 use crate::{margins_figure, plot, sizing_figure};
 
 /// Draws a machine on a sheet, and writes its load chart as CSV.

@@ -11,12 +11,11 @@ use experiments::machines::robot::equivalent_box;
 use experiments::setup::machine_choice::{Ruled, ruled};
 use hdrm::{BODIES, Body, Tree};
 use machine_file::{Geometry, Machine};
+use machine_sheet::LoadChart;
 use motion_check::gain_rule::Actuators;
 use nalgebra::Vector3;
 use serde::Serialize;
 use std::collections::BTreeMap;
-
-use crate::machines::load_chart::LoadChart;
 
 /// Payloads of the load chart's curves, kg, for a machine whose median greatest payload is
 /// [`MEDIAN`]; for others times a round factor.

@@ -13,6 +13,7 @@ use crate::analyses::trials::strays;
 use crate::measures::energy;
 use crate::measures::run::RecordedRun;
 use crate::setup::machine_choice::MachineFile;
+use crate::setup::run_setup::RunSetup;
 
 /// All axes of one case.
 #[derive(Clone, Debug, Serialize)]
@@ -36,6 +37,24 @@ pub fn run(system: &System, experiment: &Experiment, payload_step: f64) -> Resul
         sizing.payload = sensitivity(system, experiment, &recorded, payload_step)?;
     }
     Ok(sizing)
+}
+
+/// [`run`] for the trajectories of a setup, or the one that it sets; `tell` gets each when it is done.
+/// Second, the verdict on all.
+pub fn cases(
+    setup: RunSetup,
+    payload_step: f64,
+    tell: impl Fn(&str, &Sizing) -> Result<()>,
+) -> Result<(Vec<(String, Sizing)>, Verdict)> {
+    let (system, base, mut verdict) = setup.into_parts();
+    let mut done = Vec::new();
+    for (case, experiment) in energy::trajectory_cases(&system, &base)? {
+        let found = run(&system, &experiment, payload_step)?;
+        tell(&case, &found)?;
+        verdict.extend(found.verdict.clone().prefixed(&case));
+        done.push((case, found));
+    }
+    Ok((done, verdict))
 }
 
 /// Evaluates a run of the experiment in which [`ports`] were recorded. Fails if one was not, or an
