@@ -81,8 +81,16 @@ class Machine:
         (`{"extends": "reference", "emla": {"N_gear": 10}}`), or another `Machine`. `BadInput` lists everything that is wrong with it.
     """
 
+    #: Name for titles: of the shipped machine, or of the file without its extension.
+    name: str
+    #: Text of the machine file with all that it extends, checked.
+    text: str
+    #: The same with only what differs from a shipped machine, if it is made of one.
+    _short: str
+    #: Parameter set of the machine in the world `real`.
+    real_parameters: str
+
     def __init__(self, source: MachineSource = "reference") -> None:
-        #: Name for titles: of the shipped machine, or of the file without its extension.
         self.name = "machine"
         file = None
         if isinstance(source, Machine):
@@ -103,7 +111,6 @@ class Machine:
                 raise BadInput(f"`{source}` cannot be read: {why}; machines that come with the package: {', '.join(_native.MACHINES)}") from None
             self.name = file.stem
         try:
-            #: Text of the file with all that it extends, checked; the same as what differs from a shipped machine; its set in the world `real`.
             self.text, self._short, self.real_parameters = _native.whole_machine(text, file)
         except RunFailed as error:
             named = "the machine" if isinstance(source, (Mapping, Machine)) else f"`{source}`"
@@ -133,7 +140,7 @@ class Machine:
         what happens on the triangular path in both worlds with full and with empty hook (some seconds)."""
         with self._file() as file:
             done = json.loads(_called(_native.check_machine, file, DATA, trials))
-        findings = [found(is_bad, text) for is_bad, texts in ((True, done["found"]), (False, done["notes"])) for text in texts]
+        findings = [found(is_bad, text, COMPONENTS) for is_bad, texts in ((True, done["found"]), (False, done["notes"])) for text in texts]
         columns = ["world", "hook", "tip_rmse", "tip_max", "is_verdict"]
         table = pandas.DataFrame(done["trials"], columns=columns).astype({"tip_rmse": float, "tip_max": float})
         return Check(not done["found"], findings, table)
@@ -180,7 +187,8 @@ class Machine:
         """The greatest payload at rest over the workspace, one pose a row: `reach_m`, `height_m` of the tip, joint angles `lift_rad`, `tilt_rad`,
         `wrist_2_rad`, `payload_kg` and what limits it, and what may last for ever. All weights count `dynamic_factor` times."""
         csv = _called(_native.load_chart, self.text, _factor("dynamic_factor", dynamic_factor))
-        return pandas.read_csv(io.StringIO(csv), float_precision="round_trip")
+        table = pandas.read_csv(io.StringIO(csv), dtype=str)
+        return table.astype({name: float for name in table if name.endswith(("_m", "_rad", "_kg"))})
 
     def draw(self, path: str | os.PathLike[str], dynamic_factor: float = 1.0) -> Path:
         """Draw the machine on a sheet, `.svg` or `.png`: side view with named points, workspace, load chart; return the path."""
@@ -202,7 +210,7 @@ class Machine:
         values = [f"{name}={str(value).lower() if isinstance(value, bool) else value}" for name, value in by_name(settings).items()]
         path = tip_path(waypoints)
         with self._file() as file, _at_hand(path) as follow:
-            done = json.loads(_called(_native.sizing_of, file, DATA, values, follow, float(payload_step)))
+            done = json.loads(_called(_native.sizing_of, file, DATA, values, follow, float(payload_step)).replace(json.dumps(file)[1:-1], self.name))
         findings = [found(*pair, components=COMPONENTS) for pair in zip(done["is_bad"], done["findings"])]
         return Sizing(done["sizing"], done["verdict"], findings)
 

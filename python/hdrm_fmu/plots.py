@@ -111,7 +111,7 @@ def tip(data: xarray.Dataset, path: str | os.PathLike[str] | None = None) -> Fig
         view = figure.add_subplot(grid[0, k], aspect="equal")
         view.plot(desired[across[0] - 1, every], desired[up[0] - 1, every], color="0.8", linewidth=5, solid_capstyle="round", label="desired")
         points = plant[[across[0] - 1, up[0] - 1]][:, every].T
-        drawn = LineCollection(np.stack([points[:-1], points[1:]], axis=1), array=error[every][1:], cmap="viridis", linewidth=1.5, label="plant")
+        drawn = LineCollection(list(np.stack([points[:-1], points[1:]], axis=1)), array=error[every][1:], cmap="viridis", linewidth=1.5, label="plant")
         view.add_collection(drawn)
         for place, (element, label, is_reversed) in ((view.xaxis, across), (view.yaxis, up)):
             limits = middle[element - 1] - half, middle[element - 1] + half
@@ -158,8 +158,8 @@ def energy(data: xarray.Dataset, path: str | os.PathLike[str] | None = None) -> 
         bottom += values
     marks = (("electrical", "taken from the supply", "black"), ("regenerated", "given back to it", "red"))
     for name, label, colour in marks:
-        values = [data.attrs[f"energy_{a}_{name}"] / 1e3 for a in actuators]
-        axis.hlines(values, place - 0.4, place + 0.4, color=colour, label=label)
+        heights = [data.attrs[f"energy_{a}_{name}"] / 1e3 for a in actuators]
+        axis.hlines(heights, place - 0.4, place + 0.4, color=colour, label=label)
     for k, total in enumerate(bottom):
         axis.annotate(f"{_digits(total)} kJ lost", (k, total), xytext=(0, 3), textcoords="offset points", ha="center", fontsize="small")
     names = [f"{_NAMES[_axis(a)]}\n{a}" if _axis(a) is not None and _axis(a) < 3 else a for a in actuators]

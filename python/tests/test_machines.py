@@ -1,10 +1,10 @@
 """The class `Machine` says what the program says, bit for bit; findings are data."""
 
+import csv
 import json
 import subprocess
 
 import numpy as np
-import pandas
 import pytest
 
 import hdrm_fmu
@@ -12,7 +12,7 @@ from conftest import program
 from hdrm_fmu import BadInput, Machine, findings, systems
 
 #: A machine that the trials refuse: its path asks for more than the motors' speed.
-FAST = {"extends": "reference", "emla": {"N_gear": 10}}
+FAST = {"extends": "reference", "emla": {"N_gear": 10, "rho": 0.01}}
 
 
 def said(*arguments, expected=0):
@@ -43,7 +43,7 @@ def test_check_finds_what_the_program_finds(fast):
     notes = [line.removeprefix("note: ") for line in lines if line.startswith("note: ")]
     assert [f.text for f in check.findings if f.severity == "bad"] == [line for line in lines if not line.startswith("note: ")]
     assert [f.text for f in check.findings if f.severity == "note"] == notes and not check.ok
-    assert any("speed of lift" in f.text for f in check.findings)
+    assert any("motor speed" in f.text and f.subject == "emla_2" for f in check.findings if f.severity == "bad")
     trials = check.trials
     assert list(trials["world"]) == ["ideal", "ideal", "real", "real"] and list(trials["hook"]) == ["full", "empty"] * 2
     for trial, note in zip(trials.itertuples(), notes):
@@ -64,7 +64,7 @@ def test_shipped_machines_are_without_findings_at_rest(machine):
 def test_gains_are_those_of_the_program(fast, world):
     gains = Machine(fast).gains(world)
     lines = said("machine", "gains", fast, "--world", world).splitlines()
-    assert [line.split()[:2] for line in lines] == [[name, f"{value:.16g}"] for name, value in gains["value"].items()]
+    assert [(line.split()[0], float(line.split()[1])) for line in lines] == list(gains["value"].items())
     assert all(line.endswith(why) and f" {unit} " in line for line, why, unit in zip(lines, gains["why"], gains["unit"]))
     with pytest.raises(BadInput, match="world"):
         Machine().gains("bending")
@@ -91,7 +91,11 @@ def test_the_load_chart_and_the_sheet_are_those_of_the_program(tmp_path):
     said("machine", "draw", "hiab_xs031", "--dynamic-factor", "1.1", "--output", tmp_path / "a.svg", "--csv", tmp_path / "chart.csv")
     machine = Machine("hiab_xs031")
     chart = machine.load_chart(1.1)
-    pandas.testing.assert_frame_equal(chart, pandas.read_csv(tmp_path / "chart.csv", float_precision="round_trip"), check_exact=True)
+    with (tmp_path / "chart.csv").open() as file:
+        titles, *rows = csv.reader(file)
+    assert list(chart) == titles and len(chart) == len(rows) > 1000
+    for name, column in zip(titles, zip(*rows)):
+        assert list(chart[name]) == (list(column) if "limit" in name else [float(text) for text in column]), name
     assert chart["payload_kg"].max() > 100 and {"reach_m", "limit", "lasting_kg"} <= {*chart}
     drawn = machine.draw(tmp_path / "b.svg", 1.1)
     assert drawn.read_bytes() == (tmp_path / "a.svg").read_bytes()
@@ -107,8 +111,8 @@ def test_sizing_is_that_of_the_program(tmp_path, fast):
     of_program = json.loads((tmp_path / "sizing.json").read_text())
     sizing = Machine(fast).sizing(settings={"trajectory": "triangular"}, payload_step=0)
     assert sizing.cases == of_program["sizing"] and len(sizing.cases["as set"]["axes"]) == 3
-    assert sizing.verdict == of_program["verdict"] == "BAD" and [f.text for f in sizing.findings] == of_program["findings"]
-    assert all(str(f) in text for f in sizing.findings) and any(f.severity == "bad" for f in sizing.findings)
+    assert sizing.verdict == of_program["verdict"] == "BAD" and [f.text for f in sizing.findings] == [text.replace(str(fast), "fast") for text in of_program["findings"]]
+    assert all(str(f) in text.replace(str(fast), "fast") for f in sizing.findings) and any(f.severity == "bad" for f in sizing.findings)
     with pytest.raises(BadInput, match="trajectry"):
         Machine().sizing(settings={"trajectry": "cubic"})
 
@@ -120,7 +124,8 @@ def test_a_path_is_checked_as_the_program_does(tmp_path):
     of_program = json.loads((tmp_path / "good.json").read_text())
     assert found.ok and found.findings == [] and found.duration == of_program["duration"] and list(found.motor_torque_rms) == of_program["motor_torque_rms"]
     for (name, row), known in zip(found.margins.iterrows(), of_program["margins"], strict=True):
-        assert (name, row["value"], [row["min"], row["max"]], row["part"], row["t"], row["place"]) == tuple(known.values())
+        row = {**row, "quantity": name, "range": [row["min"], row["max"]]}
+        assert {key: row[key] for key in known} == known
     beyond = machine.path_check([[3.0, 1.1, 0.0], [9.0, 1.1, 0.0]])
     assert not beyond.ok and beyond.findings[0].severity == "bad"
     with pytest.raises(BadInput, match="nowhere.csv"):

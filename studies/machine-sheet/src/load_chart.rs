@@ -107,6 +107,7 @@ impl LoadChart {
         pieces
     }
 
+    /// Writes every place with its joint angles, payload and limit.
     pub fn write_csv(&self, file: &mut impl Write) -> io::Result<()> {
         writeln!(
             file,

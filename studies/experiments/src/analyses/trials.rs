@@ -34,8 +34,9 @@ const TOLD: usize = 3;
 
 /// A trial and what was found.
 pub struct Trial {
-    /// World, and whether the hook is full.
+    /// World.
     pub world: World,
+    /// Whether the hook is full.
     pub is_full: bool,
     /// Root mean square and maximum of the tip error over the motion, m; None: the run failed.
     pub error: Option<[f64; 2]>,
