@@ -10,7 +10,7 @@ import pytest
 from conftest import ROOT
 
 PAGE = (ROOT / "docs/studies/python.md").read_text()
-SECTIONS = {title: text for title, text in re.findall(r"^## (.*)\n(.*?)(?=^## |\Z)", PAGE, re.MULTILINE | re.DOTALL)}
+SECTIONS = {title: text for title, text in re.findall(r"^## ([^\n]*)\n(.*?)(?=^## |\Z)", PAGE, re.MULTILINE | re.DOTALL)}
 
 
 def snippets(section):
