@@ -10,15 +10,19 @@ import subprocess
 import sys
 from pathlib import Path
 
-import maturin
-from maturin import *  # noqa: F403 the other hooks are maturin's own
-
 ROOT = Path(__file__).resolve().parent.parent
 
 #: One profile for all that is compiled, so that every crate is compiled once: that of programs which are handed out.
 PROFILE = {f"CARGO_PROFILE_RELEASE_{name}": value for name, value in (("DEBUG_ASSERTIONS", "false"), ("OVERFLOW_CHECKS", "false"), ("STRIP", "symbols"))}
 
 WHEEL = "install a finished wheel, which needs no compiler (docs/studies/python.md says where it is made)"
+
+
+def __getattr__(hook):
+    """The other hooks are maturin's own."""
+    import maturin
+
+    return getattr(maturin, hook)
 
 
 def _check():
@@ -64,8 +68,10 @@ def get_requires_for_build_editable(config_settings=None):
 
 
 def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
-    return maturin.build_wheel(wheel_directory, _prepare(config_settings), metadata_directory)
+    settings = _prepare(config_settings)
+    return __getattr__("build_wheel")(wheel_directory, settings, metadata_directory)
 
 
 def build_editable(wheel_directory, config_settings=None, metadata_directory=None):
-    return maturin.build_editable(wheel_directory, _prepare(config_settings), metadata_directory)
+    settings = _prepare(config_settings)
+    return __getattr__("build_editable")(wheel_directory, settings, metadata_directory)
