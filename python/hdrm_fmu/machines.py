@@ -7,11 +7,11 @@ import json
 import math
 import os
 import tempfile
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Union
+from typing import Any, TypeVar, Union
 
 import pandas
 
@@ -20,7 +20,9 @@ from hdrm_fmu.errors import BadInput, RunFailed
 from hdrm_fmu.files import DATA, parameters
 from hdrm_fmu.findings import Finding, found
 from hdrm_fmu.names import by_name, choice, positive, whole
-from hdrm_fmu.paths import Waypoints, tip_path
+from hdrm_fmu.paths import TipPath, Waypoints, tip_path
+
+T = TypeVar("T")
 
 #: A machine: the name of a shipped one (as in the programs, or of its file in `parameters()`), the path of a file, or what is in it.
 MachineSource = Union["Machine", str, "os.PathLike[str]", Mapping[str, Any]]
@@ -242,7 +244,7 @@ class Machine:
 COMPONENTS = ("controller", "emla_1", "emla_2", "emla_3", "hdrm")
 
 
-def _at_hand(path):
+def _at_hand(path: TipPath | None) -> AbstractContextManager[str | None]:
     return path.at_hand() if path is not None else _nothing()
 
 
@@ -251,14 +253,14 @@ def _nothing() -> Iterator[None]:
     yield None
 
 
-def _factor(name, value):
-    factor = positive(name, value, "1")
+def _factor(name: str, value: float) -> float:
+    factor: float | None = positive(name, value, "1")
     if factor is None:
         raise BadInput(f"{name} = None must be a number above 0")
     return factor
 
 
-def _called(function, *arguments):
+def _called(function: Callable[..., T], *arguments: object) -> T:
     """The result of a native function; what it refuses is bad input."""
     try:
         return function(*arguments)
@@ -266,7 +268,7 @@ def _called(function, *arguments):
         raise BadInput(str(error)) from None
 
 
-def read_machine(machine):
+def read_machine(machine: MachineSource | None) -> tuple[str | None, str]:
     """Checked text of a machine file with all that it extends, and the parameter set that belongs to it in the real world; None is no machine."""
     if machine is None:
         return None, _native.REAL_PARAMETERS

@@ -20,6 +20,11 @@ assert_type(table, pandas.DataFrame)
 hdrm_fmu.run(stop_tim=0.1)  # type: ignore[call-arg]
 hdrm_fmu.run(stop_time="long")  # type: ignore[arg-type]
 hdrm_fmu.System("x.ssp").run(interval=[0.1])  # type: ignore[arg-type]
+assert_type(hdrm_fmu.findings(run), list[hdrm_fmu.Finding])
+assert_type(hdrm_fmu.Machine("sized").scale(1.2).gains("ideal"), pandas.DataFrame)
+assert_type(hdrm_fmu.Machine({"extends": "reference"}).perturb(3).machine, hdrm_fmu.Machine)
+hdrm_fmu.Machine(5)  # type: ignore[arg-type]
+hdrm_fmu.run(machine=5)  # type: ignore[arg-type]
 with hdrm_fmu.System("x.ssp") as s:
     assert_type(s.get("a", float), float)
     assert_type(s.port("a", np.ndarray).get(), np.ndarray)
