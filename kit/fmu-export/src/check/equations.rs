@@ -13,13 +13,18 @@ use crate::core::value::Value;
 use crate::{Evaluation, Model, ModelError};
 
 impl<M: Model> ModelCheck<M> {
-    /// Checks that the states are those of the table, and that all derivatives are written.
+    /// Checks that the states are those of the table, and that all derivatives and event indicators
+    /// are written.
     pub(super) fn equations(&mut self) {
-        if let Some(equations) = M::MODEL_EXCHANGE
-            && let Err(problem) = self.check_equations(equations)
-        {
-            self.problems.insert(problem);
-        }
+        let Some(equations) = M::MODEL_EXCHANGE.or(M::EVENTS) else {
+            return;
+        };
+        let checked = self.check_indicators(equations);
+        let checked = checked.and_then(|()| match M::MODEL_EXCHANGE {
+            Some(equations) => self.check_equations(equations),
+            None => Ok(()),
+        });
+        self.problems.extend(checked.err());
     }
 
     fn check_equations(&self, equations: ModelExchange<M>) -> Result<(), String> {
@@ -56,6 +61,24 @@ impl<M: Model> ModelCheck<M> {
             }
         }
         Ok(())
+    }
+
+    fn check_indicators(&self, equations: ModelExchange<M>) -> Result<(), String> {
+        let (Point(p, u), t) = (&self.start, M::INFO.experiment.start);
+        let what = |error: ModelError| format!("event indicators with the start values: {error}");
+        let model = M::initialize(p, u, t).map_err(what)?;
+        let now = M::Evaluation::new(&model, p, u).map_err(what)?;
+        let rows = equations.indicators;
+        // Room for what a model writes without a row.
+        let mut z = vec![f64::NAN; if rows.is_empty() { 16 } else { rows.len() }];
+        (equations.indicate)(&model, p, u, &now, t, &mut z).map_err(what)?;
+        if rows.is_empty() && z.iter().any(|z| !z.is_nan()) {
+            return Err("`fn indicators` writes event indicators, but `const INDICATORS` has none, so their events are never found".to_owned());
+        }
+        match rows.iter().zip(&z).find(|(_, z)| z.is_nan()) {
+            Some((row, _)) => Err(format!("event indicator `{}` is not written", row.name)),
+            None => Ok(()),
+        }
     }
 
     /// Compares the derivatives that only the model's solver uses with the inputs and states that

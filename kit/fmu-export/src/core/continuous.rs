@@ -90,7 +90,7 @@ pub trait Continuous: Model {
         dx: &mut Self,
     ) -> Result<(), ModelError>;
 
-    /// Writes the event indicators into `z`. An event occurs where one of them changes from
+    /// Writes all event indicators, finite numbers, into `z`. An event occurs where one of them changes from
     /// positive to not positive or back: the integrator stops just after that time and calls
     /// [`event`](Self::event).
     fn indicators(

@@ -63,7 +63,7 @@ impl<M: Model> Instance<M> {
         let (Some(model), Some(now)) = (&state.model, &*evaluation) else {
             unreachable!("`evaluate` comes first");
         };
-        equation_cache.numbers.resize(all, 0.0);
+        equation_cache.numbers.resize(all, f64::NAN);
         let (p, u) = (&state.parameters, state.input());
         let numbers = &mut equation_cache.numbers[range.clone()];
         let computed = if which == Equations::Derivatives {

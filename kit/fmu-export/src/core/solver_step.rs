@@ -89,8 +89,13 @@ impl<M: Continuous> System for StepSystem<'_, M> {
 
     fn indicators(&mut self, s: f64, x: &[f64], z: &mut [f64]) -> Result<(), ModelError> {
         let p = self.p;
+        z.fill(f64::NAN); // what the model does not write is no number
         self.evaluate_at(s, x, |model, u, now, t, _| {
-            model.indicators(p, u, now, t, z)
+            model.indicators(p, u, now, t, z)?;
+            match z.iter().position(|z| !z.is_finite()) {
+                Some(k) => Err(not_finite_indicator::<M>(k, z[k], t)),
+                None => Ok(()),
+            }
         })
     }
 }
@@ -250,6 +255,15 @@ fn accumulation<M: Continuous>(indicator: Option<usize>, t: f64, within: f64) ->
     ModelError::new(format!(
         "t = {t} s: {what} {MOST_EVENTS} times within {within} s: the events accumulate (Zeno); let the model come to rest there, by a \
          discrete state that stops its motion"
+    ))
+}
+
+/// The error of an indicator without a sign, as in Model Exchange.
+#[cold]
+fn not_finite_indicator<M: Continuous>(k: usize, value: f64, t: f64) -> ModelError {
+    let name = M::INDICATORS.get(k).map_or("", |row| row.name);
+    ModelError::new(format!(
+        "t = {t} s: event indicator `{name}` became {value}; it must be finite"
     ))
 }
 
