@@ -57,7 +57,7 @@ fn key_error(key: &str, field: &Field, role: Role) -> Option<String> {
         "start" => None,
         _ if attributes.has("skip") => Some("a skipped field is not a variable".to_owned()),
         _ if kind == Kind::Struct => {
-            Some("write it on the fields of the struct, which itself is not a variable; an enumeration is the field `Choice<…>`".to_owned())
+            Some("write it on the fields of the struct, which itself is not a variable; an enumeration is the field `Choice<…>`; aliases and `Box` are not known".to_owned())
         }
         "unit" | "display_unit" | "nominal" if !kind.is_float() => of("an f64 or f32"),
         "type" if kind != Kind::Real => of("an f64"),

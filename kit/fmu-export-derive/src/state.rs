@@ -6,8 +6,9 @@ use crate::field::{Field, Shape};
 use crate::names;
 use crate::values::{number, real, start_value, vector, zero};
 use proc_macro2::TokenStream;
-use quote::quote;
+use quote::{quote, quote_spanned};
 use syn::punctuated::Punctuated;
+use syn::spanned::Spanned;
 use syn::{DeriveInput, Error, Expr, Ident, LitStr, Result, Token, Type};
 
 pub(crate) const KEYS: &str = "parameters, input, output, max_step, solver, tolerance, model_exchange, scheduled_execution, experiment, info or table_only";
@@ -195,9 +196,9 @@ fn state_impl(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
         Some(_) => (quote!(Stiff), quote!(f64::INFINITY)),
         None => (quote!(Fixed), quote!(1e-3)),
     };
-    let max_step = model.max_step.as_ref().map_or(usual_step, real);
-    let tolerance =
-        (model.tolerance.as_ref()).map_or(quote!(::fmu_export::solver::TOLERANCE), real);
+    let max_step = (model.max_step.as_ref()).map_or(usual_step, |x| positive("max_step", x));
+    let usual = quote!(::fmu_export::solver::TOLERANCE);
+    let tolerance = (model.tolerance.as_ref()).map_or(usual, |x| positive("tolerance", x));
     let info = info(ident, model);
     let starts = fields.iter().map(|field| {
         let member = &field.ident;
@@ -263,6 +264,16 @@ fn state_impl(ident: &Ident, fields: &[Field], model: &Model) -> TokenStream {
             }
         }
     }
+}
+
+/// A number, which the compiler refuses if it is not positive.
+fn positive(key: &str, value: &Expr) -> TokenStream {
+    let (number, text) = (real(value), format!("`{key}` must be positive"));
+    quote_spanned!(value.span()=> {
+        let number: f64 = #number;
+        ::core::assert!(number > 0.0, #text);
+        number
+    })
 }
 
 fn info(ident: &Ident, model: &Model) -> TokenStream {
