@@ -1,5 +1,6 @@
 """`cargo fmu verify`: FMUs carry the results of their default experiment (FMI-LS-REF), and are compared with them."""
 
+import csv
 import math
 import zipfile
 
@@ -48,6 +49,25 @@ def test_another_result_is_named(tmp_path):
     missing = with_files(fmu, tmp_path / "missing.fmu", {"Emla_out.csv": "time,no_such\n0,1\n"})
     done = cargo_fmu("verify", missing)
     assert done.returncode == 1 and "`no_such` is no variable of the FMU" in done.stderr
+
+
+def test_no_number_is_no_agreement(tmp_path):
+    """A NaN among the elements of an array, whatever follows it."""
+    fmu = FMU_DIR / "fmi3" / "Hdrm.fmu"
+    with zipfile.ZipFile(fmu) as archive:
+        head, *rows = csv.reader(archive.read(FOLDER + "Hdrm_out.csv").decode().splitlines())
+    columns = [head.index(name) for name in ["x[1]", "x[2]", "x[3]"]]
+    arrays = {row[0]: [row[k] for k in columns] for row in rows}
+
+    def verify(name):
+        text = "".join(f"{t},{' '.join(x)}\n" for t, x in arrays.items())
+        return cargo_fmu("verify", with_files(fmu, tmp_path / name, {"Hdrm_out.csv": "time,x\n" + text}))
+
+    done = verify("same.fmu")
+    assert done.returncode == 0, done.stdout + done.stderr
+    arrays[rows[3][0]][1] = "NaN"
+    done = verify("nan.fmu")
+    assert done.returncode == 1 and f"t = {rows[3][0]} s: `x`" in done.stdout, done.stdout + done.stderr
 
 
 def test_parameters_and_inputs_are_set(tmp_path):

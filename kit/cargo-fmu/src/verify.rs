@@ -123,8 +123,8 @@ impl Arguments {
                 let deviation = match (numbers(a), numbers(b)) {
                     (Some(a), Some(b)) if a.len() == b.len() => {
                         let each = a.iter().zip(&b).map(|(a, b)| (a - b).abs() / scale);
-                        let worst = each.fold(0.0, |a: f64, b| if a >= b { a } else { b });
-                        if worst.is_nan() { f64::INFINITY } else { worst }
+                        let known = each.map(|d| if d.is_nan() { f64::INFINITY } else { d });
+                        known.fold(0.0, f64::max)
                     }
                     _ if a.eq_ignore_ascii_case(b) => 0.0,
                     _ => f64::INFINITY,
