@@ -51,8 +51,8 @@ def test_another_result_is_named(tmp_path):
     assert done.returncode == 1 and "`no_such` is no variable of the FMU" in done.stderr
 
 
-def test_no_number_is_no_agreement(tmp_path):
-    """A NaN among the elements of an array, whatever follows it."""
+def test_arrays_agree_in_every_element(tmp_path):
+    """A NaN among the elements is no agreement, whatever follows it, nor are fewer elements."""
     fmu = FMU_DIR / "fmi3" / "Hdrm.fmu"
     with zipfile.ZipFile(fmu) as archive:
         head, *rows = csv.reader(archive.read(FOLDER + "Hdrm_out.csv").decode().splitlines())
@@ -65,9 +65,11 @@ def test_no_number_is_no_agreement(tmp_path):
 
     done = verify("same.fmu")
     assert done.returncode == 0, done.stdout + done.stderr
-    arrays[rows[3][0]][1] = "NaN"
-    done = verify("nan.fmu")
-    assert done.returncode == 1 and f"t = {rows[3][0]} s: `x`" in done.stdout, done.stdout + done.stderr
+    first, second, third = arrays[rows[3][0]]
+    for wrong in [[first, "NaN", third], [first, second]]:
+        arrays[rows[3][0]] = wrong
+        done = verify(f"{len(wrong)}.fmu")
+        assert done.returncode == 1 and f"t = {rows[3][0]} s: `x`" in done.stdout, done.stdout + done.stderr
 
 
 def test_parameters_and_inputs_are_set(tmp_path):
