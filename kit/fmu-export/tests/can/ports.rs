@@ -125,6 +125,8 @@ fn ports_are_saved() {
     other.clone_from(&output);
     assert_eq!(other, output);
     assert_eq!(CanInput::<64>::default().operations().count(), 0);
+    // Nothing of it is integrated.
+    assert_eq!(fmu_export::derive::Vector::len(&output), 0);
 }
 
 /// Oracle: an allocator that counts.
