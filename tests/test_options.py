@@ -543,6 +543,7 @@ STUDIES = {
         {"plain": "machine export reference"},
         {"--mjcf": Acts("--mjcf m.xml"), "--urdf": Acts("--urdf m.urdf")},
     ),
+    "machine pack": ({"plain": "machine pack reference --out packed"}, {"--out": Acts("--out other")}),
     "machine scene": ({"plain": "machine scene"}, {"--out": Acts("--out other.json"), "--page": Refused("--page absent.html", "absent.html")}),
     "path check": (
         {"plain": "path check six-joints"},

@@ -2,8 +2,9 @@
 //! files, units, and the start values and bounds that their code reads as well.
 
 use fmu_export::{File, Items, PackedFile, Terminal, Unit, read_placed_file};
-use machine_file::{Drive, EmlaFields, Machine};
+use machine_file::{Drive, EmlaFields, Inscribed, Inscription, Machine};
 use std::path::Path;
+use std::sync::OnceLock;
 
 /// Rod position before anyone sets it, m: inside every stroke of the reference machine.
 pub const X_START: f64 = 0.3;
@@ -66,13 +67,39 @@ pub const UNITS: &[Unit] = &[
     Unit::new("J/(V.A)").s(1),
 ];
 
+/// Where `hdrm-fmu machine pack` writes a machine into the library.
+#[used]
+static PLACE: Inscription = Inscription::empty();
+
+/// The machine that is written into the library, if any.
+fn inscribed() -> Option<&'static Inscribed> {
+    static READ: OnceLock<Option<Inscribed>> = OnceLock::new();
+    let read = || Some(PLACE.read()?.expect("a machine that was checked"));
+    READ.get_or_init(read).as_ref()
+}
+
+/// The library's own machine: the reference machine, or the one that is written into it.
+pub fn own_machine() -> Machine {
+    inscribed().map_or_else(Machine::reference, |own| own.machine.clone())
+}
+
+/// Name of the machine that is written into the library.
+pub fn own_name() -> Option<&'static str> {
+    inscribed().map(|own| &*own.name)
+}
+
 /// The machine of a file, or the shipped machine of that name: where that is among
-/// [`RESOURCES`], the one in the folder counts.
+/// [`RESOURCES`], the one in the folder counts. Without a name the library's own.
 pub fn machine(file: &str, resources: Option<&Path>) -> Result<Machine, String> {
+    if file.is_empty() {
+        return Ok(own_machine());
+    }
     let Some(shipped) = Machine::preset(file) else {
         return read_placed_file(file, resources, Machine::from_text);
     };
     let edited = match file {
+        // In the place of that file is the machine that is written into the library.
+        "reference" if inscribed().is_some() => None,
         "reference" => REFERENCE.if_edited(resources, Machine::from_text)?,
         "sized" => SIZED.if_edited(resources, Machine::from_text)?,
         _ => None,

@@ -13,7 +13,7 @@ mod rows;
 
 pub use info::{
     AXIS, DRIVE, REFERENCE, RESOURCES, ROOM_TEMPERATURE, TERMINALS, UNITS, X_LARGEST, X_START,
-    machine, read_machine,
+    machine, own_machine, own_name, read_machine,
 };
 pub use input::{Input, rod_end};
 pub use rows::energy;

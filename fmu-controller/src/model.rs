@@ -125,7 +125,7 @@ impl Parameters {
     /// Defaults: the reference machine with the paper's controller.
     pub(crate) fn reference() -> Self {
         Self {
-            machine: Machine::reference(),
+            machine: actuator_table::own_machine(),
             machine_file: String::new(),
             surrogate: Surrogate::reference(),
             surrogate_file: String::new(),

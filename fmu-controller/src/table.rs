@@ -14,6 +14,7 @@ pub(crate) const INFO: Info = Info::new(
     "Adaptive modular controller of an all-electric heavy-duty manipulator: virtual decomposition control with natural \
      adaptation, and a voltage law for each actuator",
 )
+.named_after(actuator_table::own_name)
 .version(env!("CARGO_PKG_VERSION"))
 .license("MIT OR Apache-2.0")
 .experiment(0.0, 24.25, 1e-3)

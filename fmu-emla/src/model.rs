@@ -3,7 +3,7 @@
 use actuator_table::{AXIS, DRIVE, ROOM_TEMPERATURE};
 use emla::{Electric, Emla, State, Surrogate};
 use fmu_export::{ExtrapolatedInput, ModelError};
-use machine_file::{Drive, EmlaFields, Machine};
+use machine_file::{Drive, EmlaFields};
 use serde::{Deserialize, Serialize};
 
 /// The FMU's instance: actuator, its state and pending warnings.
@@ -61,7 +61,7 @@ impl Parameters {
             electric: Electric::default(),
             T_start: [ROOM_TEMPERATURE; 2],
             axis: AXIS.number(0),
-            of_machine: EmlaFields::new(Machine::reference().emla.slew),
+            of_machine: EmlaFields::new(actuator_table::own_machine().emla.slew),
             machine_file: String::new(),
             surrogate: Surrogate::reference(),
             surrogate_file: String::new(),

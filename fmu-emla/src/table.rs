@@ -25,6 +25,7 @@ pub(crate) const INFO: Info = Info::new(
     "Electromechanical linear actuator: permanent-magnet synchronous motor, gear, ball screw and rod, with losses and a \
      surrogate network blended in",
 )
+.named_after(actuator_table::own_name)
 .version(env!("CARGO_PKG_VERSION"))
 .license("MIT OR Apache-2.0")
 .experiment(0.0, 1.0, 1e-3)

@@ -11,7 +11,6 @@ use fmu_export::{
     Continuous, Event, Info, InputPolynomial, Model, ModelError, ModelExchange, StepEnd, Variable,
 };
 use hdrm::{Dynamics, Hdrm, Output, Slips, State};
-use machine_file::Machine;
 pub use model::HdrmFmu;
 use model::{Input, Parameters};
 
@@ -62,7 +61,7 @@ impl Model for HdrmFmu {
     }
 
     fn defaults() -> (Parameters, Input) {
-        let parameters = Parameters::new(Machine::reference(), String::new());
+        let parameters = Parameters::new(actuator_table::own_machine(), String::new());
         (parameters, Input::default())
     }
 

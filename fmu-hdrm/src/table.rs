@@ -9,6 +9,7 @@ pub(crate) const INFO: Info = Info::new(
     "Six-joint heavy-duty manipulator with a three-bar lift and a four-bar tilt mechanism, driven by three linear actuators \
      and three wrist torques",
 )
+.named_after(actuator_table::own_name)
 .version(env!("CARGO_PKG_VERSION"))
 .license("MIT OR Apache-2.0")
 .experiment(0.0, 24.25, 1e-3)

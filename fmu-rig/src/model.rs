@@ -2,7 +2,7 @@
 
 use actuator_table::{AXIS, DRIVE, ROOM_TEMPERATURE};
 use fmu_export::{ExtrapolatedInput, ModelError};
-use machine_file::{Drive, EmlaFields, Machine};
+use machine_file::{Drive, EmlaFields};
 use rig::{CurrentLoop, Extras, Rig, State};
 use serde::{Deserialize, Serialize};
 
@@ -49,7 +49,7 @@ impl Parameters {
             drive: DRIVE.number(Drive::Motion),
             delay: 0,
             axis: AXIS.number(0),
-            of_machine: EmlaFields::new(Machine::reference().emla.slew),
+            of_machine: EmlaFields::new(actuator_table::own_machine().emla.slew),
             extras: Extras::AS_BUILT,
             current_loop: false,
             regulator: CurrentLoop::TYPICAL,

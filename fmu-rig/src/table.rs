@@ -13,6 +13,7 @@ pub(crate) const INFO: Info = Info::new(
     "Electromechanical linear actuator as built: saturation, temperature, ripple, a sampling inverter, stiction, backlash, compliance \
      and heat, each with a switch; takes the place of Emla by the wiring alone",
 )
+.named_after(actuator_table::own_name)
 .version(env!("CARGO_PKG_VERSION"))
 .license("MIT OR Apache-2.0")
 .experiment(0.0, 1.0, 1e-3)

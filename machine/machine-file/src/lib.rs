@@ -18,6 +18,7 @@ mod drive_state;
 mod fields;
 mod geometry;
 mod input;
+mod inscription;
 mod json;
 mod machine;
 mod per_axis;
@@ -33,6 +34,7 @@ pub use drive_state::{BrakeState, DEAD_LINK, is_tripped, link_current, trip_mess
 pub use fields::EmlaFields;
 pub use geometry::Geometry;
 pub use input::{ActuatorInput, Drive};
+pub use inscription::{Inscribed, Inscription, inscribe};
 pub use machine::Machine;
 pub use per_axis::{AXES, PerAxis};
 pub use shape::nearest;

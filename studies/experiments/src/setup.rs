@@ -4,5 +4,6 @@
 pub mod laws;
 pub mod loads;
 pub mod machine_choice;
+pub mod packed_machine;
 pub mod run_setup;
 pub mod start_values;

@@ -10,6 +10,7 @@ use fmi_units::Unit;
 #[derive(Clone, Copy, Debug)]
 pub struct Info {
     pub(crate) model: &'static str,
+    pub(crate) name_after: Option<fn() -> Option<&'static str>>,
     pub(crate) description: &'static str,
     pub(crate) version: &'static str,
     pub(crate) author: &'static str,
@@ -35,6 +36,7 @@ impl Info {
     pub const fn new(model: &'static str, description: &'static str) -> Self {
         Self {
             model,
+            name_after: None,
             description,
             version: "",
             author: "",
@@ -60,7 +62,16 @@ impl Info {
         }
     }
 
+    /// The model's own name: that after which it is named, if there is one.
+    pub(crate) fn own_name(&self) -> Option<&'static str> {
+        self.name_after.and_then(|name| name())
+    }
+
     setters! {
+        /// Where this returns a name, modelName is that of the model, `_` and that name: for a library
+        /// that is altered after it was built.
+        named_after(name: fn() -> Option<&'static str>) name_after = Some(name);
+
         /// Version of the model, usually `env!("CARGO_PKG_VERSION")`. Saved states are tied to it.
         version(version: &'static str) version = version;
 

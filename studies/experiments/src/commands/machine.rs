@@ -17,6 +17,7 @@ use crate::machines::scaling::booms;
 use crate::print::gains::parameter_set;
 use crate::print::output::{write, write_json};
 use crate::setup::machine_choice::read;
+use crate::setup::packed_machine::pack;
 use crate::worlds::perturbation::{Bounds, draw};
 
 #[derive(Subcommand)]
@@ -54,6 +55,16 @@ pub enum MachineCommand {
     /// Write a machine for tools of robotics: MJCF with both closed loops, or URDF as a tree with the
     /// loops cut
     Export(ExportArgs),
+    /// Pack FMUs and systems of a machine for tools that know no machine file: in FMI 2.0 and 3.0,
+    /// with its start values, gains by the rule, and names of their own
+    Pack {
+        /// Machine file, or name of a shipped machine
+        #[arg(value_name = "FILE|NAME")]
+        machine: String,
+        /// Folder for NAME_MACHINE.fmu and NAME_MACHINE.ssp, those of FMI 3.0 in fmi3/
+        #[arg(long, value_name = "DIR")]
+        out: PathBuf,
+    },
     /// Draw a machine: side view with named points and dimensions, workspace, largest payload over
     /// reach and height
     Draw(DrawArgs),
@@ -136,6 +147,11 @@ pub fn run(command: &MachineCommand) -> Result<()> {
             output,
         } => gains(machine, world == "ideal", output.as_deref()),
         MachineCommand::Export(args) => export(args),
+        MachineCommand::Pack { machine, out } => {
+            let packed = pack(machine, out)?;
+            let line = |file: &PathBuf| format!("packed {}\n", file.display());
+            print(packed.iter().map(line).collect::<String>())
+        }
         MachineCommand::Draw(_) | MachineCommand::Scene(_) => {
             unreachable!("done by another program")
         }

@@ -14,7 +14,7 @@ use surrogate::measurement::data::sha256;
 use crate::machines::strokes::beyond_strokes;
 
 /// Parameter of the FMUs that depend on the machine's dimensions, actuators or gains.
-const MACHINE_FILE: &str = "machine_file";
+pub(super) const MACHINE_FILE: &str = "machine_file";
 
 /// Origin of the values that are bound here.
 pub const ORIGIN: &str = "--machine";
@@ -123,7 +123,10 @@ impl GainChoice<'_> {
             return Ok(None);
         };
         let controller = controller.component;
-        let is_as_built = system.fmus.iter().any(|fmu| fmu.description.model == RIG);
+        let is_as_built = system
+            .fmus
+            .iter()
+            .any(|fmu| fmu.description.identifier == RIG);
         let loops = bound_to(&system.structure.components[controller], "current_loop");
         let has_current_loops = loops.is_some_and(|p| ["true", "1"].contains(&p.value.as_str()));
         let own = gain_rule::IDEAL.into_iter().filter_map(|name| {
@@ -203,7 +206,7 @@ impl GainChoice<'_> {
 }
 
 /// The value of the parameter that counts, of those bound to a component: the last one.
-fn bound_to<'a>(component: &'a Component, name: &str) -> Option<&'a Parameter> {
+pub(super) fn bound_to<'a>(component: &'a Component, name: &str) -> Option<&'a Parameter> {
     component.parameters.iter().rev().find(|p| p.name == name)
 }
 

@@ -94,6 +94,13 @@ impl MachineArgs {
         }
     }
 
+    /// On a structure of a packed system.
+    pub fn in_structure(mut self, system: &Path, name: &str) -> Self {
+        self.system.system = Some(system.into());
+        self.system.variant = Some(name.into());
+        self
+    }
+
     /// The machine that the arguments name, in the ideal world, on their path.
     pub fn setup(&self) -> SetupBuilder<'_> {
         SetupBuilder {
@@ -270,7 +277,7 @@ impl RunSetup {
 
 /// A warning if the controller of a system with actuators as built (`Rig`) adapts too fast.
 fn controller_warning(system: &System, base: &Experiment) -> Result<Option<String>> {
-    let mut models = system.fmus.iter().map(|fmu| &fmu.description.model);
+    let mut models = system.fmus.iter().map(|fmu| &fmu.description.identifier);
     let ports = ["gamma", "machine_file"].map(|name| system.port(&format!("controller.{name}")));
     let [Ok(gamma), Ok(file)] = ports else {
         return Ok(None);
@@ -334,11 +341,11 @@ pub fn check_mentions(
             return true;
         };
         let found = components().find(|(c, _)| c.name == component);
-        let model = found.map(|(_, fmu)| fmu.description.model.as_str());
+        let model = found.map(|(_, fmu)| fmu.description.identifier.as_str());
         let is_optional = OPTIONAL
             .iter()
             .any(|(name, inputs)| model == Some(*name) && inputs.contains(&input));
-        let alike = components().filter(|(_, fmu)| Some(&*fmu.description.model) == model);
+        let alike = components().filter(|(_, fmu)| Some(&*fmu.description.identifier) == model);
         let mut names = alike.map(|(c, _)| format!("{}.{input}", c.name));
         !(is_optional && names.all(|name| all.contains(&name)))
     });

@@ -91,6 +91,7 @@ impl Bytes {
     fn info(&mut self, info: &Info) {
         let &Info {
             model,
+            name_after: _, // below
             description,
             version,
             author,
@@ -123,6 +124,8 @@ impl Bytes {
             directional_derivatives,
             early_return,
         ]);
+        self.0
+            .extend(info.own_name().unwrap_or_default().as_bytes());
     }
 
     fn unit(&mut self, unit: &Unit, display: &[DisplayUnit]) {

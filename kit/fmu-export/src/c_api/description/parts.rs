@@ -22,9 +22,11 @@ pub(super) fn root(info: &Info, version: &str, hash: (&'static str, String)) -> 
         ("copyright", info.copyright),
         ("license", info.license),
     ];
+    let own = info.own_name().map(|own| format!("{}_{own}", info.model));
+    let name = own.as_deref().unwrap_or(info.model);
     let generator = concat!("fmu-export ", env!("CARGO_PKG_VERSION"));
     Element::new("fmiModelDescription")
-        .with([("fmiVersion", version), ("modelName", info.model)])
+        .with([("fmiVersion", version), ("modelName", name)])
         .with([hash])
         .with(optional.into_iter().filter(|(_, text)| !text.is_empty()))
         .with([
