@@ -118,7 +118,7 @@ def test_a_machine_file_still_counts(packed, fmu_dir):
     [
         ({"extends": "reference", "emla": {"N_gear": -3}}, "`emla.N_gear` = -3"),
         ({"extends": "reference", "emla": {"N_gear": 80, "rho": 0.008}}, "no `controller.Lambda_position`"),
-        ({"extends": "reference", "trajectories": {"cubic": {"vertices": [[3.1, 0.5, 0.1]] * 6000}}}, "at most 65536 fit into a library"),
+        ({"extends": "reference", "trajectories": {"cubic": {"vertices": [[3.1, 0.5, 0.1]] * 6000}}}, "at most 16384 fit into a library"),
     ],
 )
 def test_what_cannot_be_packed_leaves_the_folder(tmp_path, fmu_dir, own, words):

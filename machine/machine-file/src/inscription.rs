@@ -11,7 +11,7 @@ const MARK: &[u8; 24] = b"place-for-a-machine-file";
 /// Bytes for the size of the place.
 const SIZE: usize = 8;
 /// Largest text, bytes.
-const CAPACITY: usize = 1 << 16;
+const CAPACITY: usize = 1 << 14;
 const START: usize = MARK.len() + SIZE;
 /// Follows the text; not in UTF-8.
 const END: u8 = 0xff;
@@ -120,7 +120,7 @@ mod tests {
             (b"none".to_vec(), "{}", "no place"),
             ([place, place].concat(), "{}", "no place"),
             (place[..START + 9].to_vec(), "{}", "damaged"),
-            (place.to_vec(), &*long, "at most 65536 fit"),
+            (place.to_vec(), &*long, "at most 16384 fit"),
         ] {
             let mut written = library.clone();
             let error = inscribe(&mut written, "a", json).expect_err("refused");
