@@ -103,7 +103,11 @@ mod tests {
             for k in 0..(seconds / H).round() as u32 {
                 let t = H * f64::from(k);
                 let noise = 0.01 * if k % 2 == 0 { 1.0 } else { -1.0 };
-                standstill.advance(&at(speed * t), &[noise, lift + noise, noise, 0.0, 0.0, 0.0], H);
+                standstill.advance(
+                    &at(speed * t),
+                    &[noise, lift + noise, noise, 0.0, 0.0, 0.0],
+                    H,
+                );
             }
             !standstill.teaches_nothing()
         };

@@ -20,8 +20,9 @@ use motion_check::gain_rule::{Actuators, IDEAL, gain, take};
 use output_file::TemporaryFolder;
 
 use super::machine_choice::{MACHINE_FILE, ORIGIN, bound_to, ruled};
-use super::run_setup::{MACHINE, MachineArgs};
+use super::run_setup::MachineArgs;
 use crate::machines::strokes::beyond_strokes;
+use crate::worlds::World;
 
 /// Folder of the FMUs of FMI 3.0 beside those of FMI 2.0.
 const FMI_3: &str = "fmi3";
@@ -37,7 +38,7 @@ const CONTROLLER: &str = "controller";
 pub fn pack(machine: &str, out: &Path) -> Result<Vec<PathBuf>> {
     let in_machine = || format!("--machine {machine}");
     let packer = Packer::new(machine).with_context(in_machine)?;
-    let first = find(MACHINE)?;
+    let first = find(World::Ideal.system())?;
     let folder = first.parent().context("a system lies in a folder")?;
     let mut made = BTreeMap::new();
     for (version, part) in [(Version::Fmi2, ""), (Version::Fmi3, FMI_3)] {
