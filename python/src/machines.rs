@@ -16,7 +16,7 @@ use experiments::worlds::perturbation::draw;
 use experiments::worlds::{Bounds, MACHINE, parameter_set_of};
 use machine_file::{Machine, Source, extension_of, preset};
 use machine_sheet::{LoadChart, Sheet};
-use motion_check::gain_rule;
+use motion_check::gain_rule::{self, Actuators};
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 
@@ -74,11 +74,11 @@ pub fn shipped_machine(name: &str) -> Option<&'static str> {
 /// The gains by the rule of `hdrm-fmu machine gains`.
 #[pyfunction]
 pub fn ruled_gains(text: &str, is_ideal: bool) -> PyResult<Vec<Gain>> {
-    let rule = match is_ideal {
-        true => gain_rule::ideal_gains,
-        false => gain_rule::gains,
+    let actuators = match is_ideal {
+        true => Actuators::Known,
+        false => Actuators::AsBuilt,
     };
-    let gains = rule(&machine(text)?).map_err(to_exception)?;
+    let gains = gain_rule::gains_for(&machine(text)?, actuators, &[]).map_err(to_exception)?;
     let row = |gain: gain_rule::RuledGain| (gain.name, gain.value, gain.unit, gain.why);
     Ok(gains.into_iter().map(row).collect())
 }

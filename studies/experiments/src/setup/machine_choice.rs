@@ -213,24 +213,14 @@ pub(super) fn bound_to<'a>(component: &'a Component, name: &str) -> Option<&'a P
 /// Whether the network of the reference actuator holds for `p`: the same but for the drive's
 /// limits, losses of the inverter, brake and heat.
 fn is_same_actuator(p: &Emla, known: &Emla) -> bool {
-    let Emla {
-        i_max,
-        v_max,
-        core,
-        inverter,
-        brake,
-        heat,
-        temperature,
-        ..
-    } = *p;
     let known = Emla {
-        i_max,
-        v_max,
-        core,
-        inverter,
-        brake,
-        heat,
-        temperature,
+        i_max: p.i_max,
+        v_max: p.v_max,
+        core: p.core,
+        inverter: p.inverter,
+        brake: p.brake,
+        heat: p.heat,
+        temperature: p.temperature,
         ..*known
     };
     *p == known
