@@ -259,6 +259,27 @@ def test_what_is_set_reaches_the_ghosts(page):
     until(page, lambda: "ghosts" not in page.execute_script("return location.hash"))
 
 
+def test_ghosts_are_where_the_machine_is(page):
+    """In time: however long it takes to advance and to go back, a ghost under the machine's own law is the machine, in every digit."""
+    restart(page, trajectory="cubic", controller__settle_time=0.1, controller__mode="pd")
+    page.execute_script("document.querySelector('#ghosts [value=pd]').click()")
+    until(page, lambda: "ghosts=pd" in page.execute_script("return location.hash"))
+    both = lambda: (page.execute_script("return machine.time"), *[get(page, "hdrm.zeta[2]", *law) for law in ((), ("pd",))])
+    found = []
+    for seconds in (0.2, 3.0, 6.0, 5.0):
+        advance(page, seconds)
+        found.append(both())
+    page.find_element(By.ID, "undo").click()
+    until(page, lambda: "Back" in shown(page, "message"))
+    found.append(both())
+    advance(page, 1.0)
+    found.append(both())
+    page.execute_script("document.querySelector('#ghosts [value=pd]').click()")
+    until(page, lambda: "ghosts" not in page.execute_script("return location.hash"))
+    assert all(machine == ghost for _, machine, ghost in found), found
+    assert [time for time, *_ in found[:4]] == pytest.approx([0.2, 3.2, 9.2, 14.2], abs=1e-9)
+
+
 @pytest.mark.parametrize("world, variable", [("real", "emla_1.compliance.mount"), ("electric", "dclink.battery.soc_start")])
 def test_worlds(page, world, variable):
     restart(page, trajectory="rates")
@@ -927,7 +948,7 @@ def test_tip_path_and_ghosts_err_from_one_origin(page):
     for gain in ("1000", "100"):
         Select(page.find_element(By.ID, "error-gain")).select_by_visible_text(gain)
         advance(page, 0.5)
-        until(page, lambda: shown(page, "clock").startswith(f"{page.execute_script('return machine.time'):.2f}"))
+        pictured(page)
         reference, error, ghost, way = run(page, where)
         desired = three("controller.desired.position")
         assert reference == pytest.approx(desired, abs=1e-9)

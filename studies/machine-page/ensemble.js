@@ -50,47 +50,50 @@ export class Ensemble {
     return this.main.time;
   }
 
+  /* Where the engine is that is furthest. */
+  get latest() {
+    return Math.max(...this.all.map((engine) => engine.time));
+  }
+
   each(act) {
     return Promise.all(this.all.map(act));
   }
 
-  /* All from the start, with ghosts under these laws, and with changes to come. What the main engine refuses, changes nothing. */
+  /* All that were paused from the start, with ghosts under these laws, and with changes to come. What the main engine refuses, changes nothing. */
   async restart(settings, laws, changes = []) {
-    this.still = true;
-    try {
-      await this.tending;
-      await this.main.restart(forEngine(settings));
-      const before = this.ghosts;
-      this.ghosts = new Map();
-      for (const [law, ghost] of before) if (!laws.includes(law)) ghost.close();
-      const own = (law) => ({ ...settings, "controller.mode": law });
-      for (const law of laws) {
-        const ghost = before.get(law) ?? (await Engine.open(this.parts));
-        await ghost.restart(forEngine(own(law)));
-        this.ghosts.set(law, ghost);
-      }
-      await this.main.plan(changes);
-      const shared = changes.filter(({ name }) => name !== "controller.mode");
-      await Promise.all([...this.ghosts.values()].map((ghost) => ghost.plan(shared)));
-      this.saved = [];
-      await this.keep();
-    } finally {
-      this.still = false;
+    await this.main.restart(forEngine(settings));
+    const before = this.ghosts;
+    this.ghosts = new Map();
+    for (const [law, ghost] of before) if (!laws.includes(law)) ghost.close();
+    const own = (law) => ({ ...settings, "controller.mode": law });
+    for (const law of laws) {
+      const ghost = before.get(law) ?? (await Engine.open(this.parts));
+      await ghost.restart(forEngine(own(law)));
+      this.ghosts.set(law, ghost);
     }
+    await this.main.plan(changes);
+    const shared = changes.filter(({ name }) => name !== "controller.mode");
+    await Promise.all([...this.ghosts.values()].map((ghost) => ghost.plan(shared)));
+    this.saved = [];
+    await this.keep();
   }
 
   play(speed) {
+    this.plays = true;
     return this.each((engine) => engine.play(speed));
   }
 
-  pause() {
-    return this.each((engine) => engine.pause());
+  async pause() {
+    this.plays = false;
+    await this.each((engine) => engine.pause());
+    await this.tending;
   }
 
+  /* All to the same time, so long after that of the one that is furthest. */
   async advance(seconds) {
-    await this.each((engine) => engine.advance(seconds));
-    await this.tending;
-    await this.tend();
+    const goal = this.latest + seconds;
+    await this.each((engine) => engine.advance(goal - engine.time));
+    await this.keepInTurn();
   }
 
   /* A ghost keeps its law. The time at which the machine got the value. */
@@ -122,23 +125,26 @@ export class Ensemble {
     while (this.saved.length > SAVES) this.drop(this.saved.shift());
   }
 
-  /* While all run: a state is kept each second, and who is late on a busy machine makes up for it. Called for each frame; a run that has
-   * ended says so in its frame, and is not tended. */
+  /* A state is kept each second. */
+  async keepInTurn() {
+    if (this.time >= (this.saved.at(-1)?.time ?? -Infinity) + SAVE_EVERY) await this.keep();
+  }
+
+  /* While all play, who is late on a busy machine makes up for it. Called for each frame; a run that has ended says so in its frame, and is
+   * not tended. Engines that are advanced or go back by command are at different times on their way, and nobody is late. */
   tend() {
-    if (this.still) return undefined;
-    return (this.tending ??= this.look().catch(() => {}).finally(() => (this.tending = null)));
+    if (this.plays) this.tending ??= this.look().catch(() => {}).finally(() => (this.tending = null));
   }
 
   async look() {
-    const latest = Math.max(...this.all.map((engine) => engine.time));
-    const late = this.ghosts.size ? this.all.filter((engine) => latest - engine.time > LATE) : [];
+    const { latest } = this;
+    const late = this.all.filter((engine) => latest - engine.time > LATE);
     await Promise.all(late.map((engine) => engine.advance(latest - engine.time)));
-    if (this.time >= (this.saved.at(-1)?.time ?? -Infinity) + SAVE_EVERY) await this.keep();
+    await this.keepInTurn();
   }
 
   /* To the state of ten seconds ago, or the oldest one kept since; the time that it is of. */
   async undo(seconds = 10) {
-    await this.tending;
     const goal = this.time - seconds;
     const near = this.saved.reduce((best, state) => (Math.abs(state.time - goal) < Math.abs(best.time - goal) ? state : best));
     while (this.saved.at(-1) !== near) this.drop(this.saved.pop());

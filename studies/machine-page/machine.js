@@ -232,7 +232,11 @@ class LivePage extends Page {
     main.onframe = (frame) => this.frame(frame);
     await main.watch(this.monitor.names);
     await Promise.all([...ghosts.values()].map((ghost, k) => {
-      ghost.onframe = (frame) => this.monitor.ghostFrame(frame, k);
+      ghost.onframe = (frame) => {
+        this.monitor.ghostFrame(frame, k);
+        // It may come after the machine's last frame was drawn.
+        this.shown = null;
+      };
       return ghost.watch(this.monitor.ghostNames);
     }));
   }
