@@ -1,6 +1,7 @@
 """Fixtures: the packed FMUs (environment variable FMU_DIR, default target/fmu), unpacked once."""
 
 import atexit
+import json
 import os
 import sys
 from pathlib import Path
@@ -40,6 +41,14 @@ def pythonfmu(request):
         os._exit(int(request.session.exitstatus))
 
     atexit.register(leave)
+
+
+@pytest.fixture(scope="module")
+def file(request, tmp_path_factory):
+    """The machine OWN of a test file, written as its FILE_NAME says."""
+    path = tmp_path_factory.mktemp("own") / request.module.FILE_NAME
+    path.write_text(json.dumps(request.module.OWN))
+    return path
 
 
 @pytest.fixture(scope="session")

@@ -382,6 +382,7 @@ STUDIES = {
             "--csv": Acts("--csv more.csv"),
             "--signals": Acts("--signals *.F"),
             "--interval": Acts("--interval 0.01"),
+            "--mcap": Acts("--mcap m.mcap"),
             "--max-error": Acts("--max-error 1e-12"),
             "--quiet": Told("the progress bar is on terminals only"),
         },

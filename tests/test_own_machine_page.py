@@ -24,14 +24,8 @@ OWN = {
     "ratings": {"lift": {"force_max": 91e3}},
     "limits": {"zeta_min_deg": DEGREES[0], "zeta_max_deg": DEGREES[1], "stroke_2": [0.01, 0.57]},
 }
+FILE_NAME = "forester.json"
 GEOMETRY = json.loads((ROOT / f"parameters/{MACHINE}.json").read_text())["geometry"]
-
-
-@pytest.fixture(scope="module")
-def file(tmp_path_factory):
-    path = tmp_path_factory.mktemp("own") / "forester.json"
-    path.write_text(json.dumps(OWN))
-    return path
 
 
 @pytest.fixture(scope="module")

@@ -18,15 +18,9 @@ import native
 # Another payload and another gear than the shipped crane's, whose gains the rule gives and whose actuators no network was trained on.
 OWN = {"extends": "hiab_xs031", "bodies": {"PL": {"mass": 240}}, "emla": {"N_gear": 9}}
 NAME = "forester_2"
+FILE_NAME = "forester-2.json"
 READERS = ("Controller", "Emla", "Hdrm", "Rig")
 SYSTEMS = ("Electric", "Manipulator", "Real", "RigTestbed", "Testbed")
-
-
-@pytest.fixture(scope="module")
-def file(tmp_path_factory):
-    path = tmp_path_factory.mktemp("pack") / "forester-2.json"
-    path.write_text(json.dumps(OWN))
-    return path
 
 
 @pytest.fixture(scope="module")

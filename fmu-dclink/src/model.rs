@@ -1,6 +1,6 @@
 //! State of the FMU `DcLink`, and its warnings about limits and voltages, for its FMI calls.
 
-use dclink::{DcLink, Input, Params, Regime, State};
+use dclink::{DcLink, Input, Params, Regime, Seconds, State};
 use fmu_export::Log;
 use serde::{Deserialize, Serialize};
 
@@ -21,7 +21,7 @@ impl DcLinkFmu {
         let Params { v_min, v_max, .. } = *self.link.params();
         let now = self.link.output(after);
         let (v, i, soc) = (now.v_dc, now.i_battery, now.soc);
-        let load = u.load();
+        let (load, t) = (u.load(), Seconds(t));
         let discharges = |s: &State| s.mode.ready && s.mode.regime == Regime::Discharging;
         if discharges(after) && !discharges(before) && load > i {
             self.log.warning(

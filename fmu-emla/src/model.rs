@@ -97,7 +97,7 @@ impl EmlaFmu {
         self.state = after;
         let untrained = self.emla.untrained(&self.state);
         if let Some(point) = untrained.filter(|_| !self.untrained_reported) {
-            self.warning = Some(format!("t = {t} s: {point}"));
+            self.warning = Some(format!("t = {} s: {point}", machine_file::Seconds(t)));
         }
         self.untrained_reported = untrained.is_some();
     }

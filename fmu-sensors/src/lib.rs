@@ -54,13 +54,13 @@ impl Model for SensorsFmu {
         _p: &Parameters,
         u: &InputPolynomial<Input>,
         now: &Sample,
-        t: f64,
+        _t: f64,
         h: f64,
     ) -> Result<StepEnd, ModelError> {
         if !now.is_finite() {
-            return Err(ModelError::new(format!(
-                "t = {t} s: the sample is not finite; inputs and their differences over a step must be"
-            )));
+            return Err(ModelError::new(
+                "the sample is not finite; inputs and their differences over a step must be",
+            ));
         }
         self.sensors.advance(&mut self.state, now, h);
         self.sets = u.value().sets;

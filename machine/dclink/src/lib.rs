@@ -33,7 +33,7 @@ mod step;
 pub use continuous::ENDS;
 pub use input::{Input, LOADS};
 pub use link::DcLink;
-pub use model_rules::{ParamError, StepError};
+pub use model_rules::{ParamError, Seconds, StepError};
 pub use output::Output;
 pub use pack::Pack;
 pub use params::{Battery, Brake, Link, POINTS, Params, Precharge};

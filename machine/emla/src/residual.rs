@@ -9,7 +9,7 @@ use crate::surrogate::{MinMax, Surrogate, SurrogateOutput};
 /// Warning: an operating point outside the network's trained range.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "torque tau_e = {tau_e} N.m, speed w_m = {w_m} rad/s: the network was trained for {}..{} N.m in the direction of motion and up to {} rad/s, \
+    "torque tau_e = {tau_e:.3} N.m, speed w_m = {w_m:.2} rad/s: the network was trained for {}..{} N.m in the direction of motion and up to {} rad/s, \
      outside it gives the value at the edge of that range", .torque.min, .torque.max, .w_m_max
 )]
 pub struct UntrainedPoint {

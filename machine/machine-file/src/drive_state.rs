@@ -1,7 +1,7 @@
 //! Undervoltage trip, DC-link current and holding brake of an actuator, which both actuator models
 //! (`emla` and `rig`) and their FMUs share.
 
-use crate::Brake;
+use crate::{Brake, Seconds};
 
 /// Voltage below which the DC link counts as dead, V.
 pub const DEAD_LINK: f64 = 1.0;
@@ -24,8 +24,9 @@ pub fn is_tripped(before: bool, is_enabled: bool, is_low: bool) -> bool {
 /// Warning for a drive that trips at time `t`, s, because `v_dc`, V, is below `undervoltage`, V.
 pub fn trip_message(t: f64, v_dc: f64, undervoltage: f64) -> String {
     format!(
-        "t = {t} s: `v_dc` = {v_dc} V is below `undervoltage` = {undervoltage} V: the drive has tripped, its gates are off and its brake is \
-         applied; it works again after `enable` was false with the voltage back"
+        "t = {} s: `v_dc` = {v_dc:.2} V is below `undervoltage` = {undervoltage} V: the drive has tripped, its gates are off and its brake is \
+         applied; it works again after `enable` was false with the voltage back",
+        Seconds(t)
     )
 }
 

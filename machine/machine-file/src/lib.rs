@@ -36,6 +36,7 @@ pub use geometry::Geometry;
 pub use input::{ActuatorInput, Drive};
 pub use inscription::{Inscribed, Inscription, inscribe};
 pub use machine::Machine;
+pub use model_rules::Seconds;
 pub use per_axis::{AXES, PerAxis};
 pub use shape::nearest;
 pub use source::{PRESETS, Source, extension_of, preset};

@@ -8,5 +8,5 @@ mod step;
 
 pub use parameter::{ParamError, Range, check, check_each, require};
 pub use step::{
-    MAX_SUBSTEPS, RATE_STEP, RK4_STAGES, StepError, check_finite, check_step, substeps,
+    MAX_SUBSTEPS, RATE_STEP, RK4_STAGES, Seconds, StepError, check_finite, check_step, substeps,
 };

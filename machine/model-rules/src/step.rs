@@ -1,5 +1,7 @@
 //! Checks of a communication step, its substeps and its errors, for the models of plant and drives.
 
+use std::fmt;
+
 use thiserror::Error;
 
 /// Largest number of substeps in one step, half a second of computing. Normal operation takes 2 to
@@ -23,11 +25,24 @@ pub const RK4_STAGES: [(f64, f64); 4] = [
 /// a nanosecond more than a millisecond must not cost another substep.
 const TIME_SLACK: f64 = 1e-3;
 
+/// A time, s, as messages show it: to the microsecond, without the rest of a rounding error. Shorter
+/// than a millisecond, or too large for microseconds, it keeps its digits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seconds(pub f64);
+
+impl fmt::Display for Seconds {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let has_microseconds = (1e-3..1e9).contains(&self.0.abs());
+        let rounded = (self.0 * 1e6).round() / 1e6;
+        if has_microseconds { rounded } else { self.0 }.fmt(f)
+    }
+}
+
 /// Why a step could not be completed; the caller's state is untouched.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]
 pub enum StepError {
     /// The step itself is unusable.
-    #[error("t = {t} s: step h = {h} s must be finite, > 0 and at most 10⁶ substeps long")]
+    #[error("t = {} s: step h = {} s must be finite, > 0 and at most 10⁶ substeps long", Seconds(*t), Seconds(*h))]
     BadStep {
         /// Start of the step, s.
         t: f64,
@@ -35,7 +50,7 @@ pub enum StepError {
         h: f64,
     },
     /// A quantity became infinite or NaN.
-    #[error("t = {t} s: `{signal}` became {value}; it must be finite")]
+    #[error("t = {} s: `{signal}` became {value}; it must be finite", Seconds(*t))]
     NotFinite {
         /// Start of the step, s.
         t: f64,
@@ -89,6 +104,23 @@ mod tests {
     fn substeps_are_as_few_as_the_longest_allows() {
         let counts = [1e-9, 0.5e-3, 1e-3, 1.0005e-3, 1.01e-3, 2.9e-3].map(|h| substeps(h, 0.5e-3));
         assert_eq!(counts, [1.0, 1.0, 2.0, 2.0, 3.0, 6.0]);
+    }
+
+    #[test]
+    fn times_are_shown_to_the_microsecond() {
+        let shown = [
+            1.180_999_999_999_999_8,
+            2.0,
+            0.1 + 0.2,
+            -1.5,
+            1e-7,
+            1e300,
+            f64::NAN,
+        ]
+        .map(|t| Seconds(t).to_string());
+        let short = ["1.181", "2", "0.3", "-1.5", "0.0000001"].map(String::from);
+        assert_eq!(shown[..5], short);
+        assert_eq!((shown[5].len(), &*shown[6]), (301, "NaN"));
     }
 
     #[test]

@@ -92,6 +92,13 @@ mod tests {
                 "{text}"
             );
         }
+        // Where the user's own gain may be why, gears are not blamed.
+        let refused = ideal_gains_beside(&machine, &[("K_v", 1e-3)]).expect_err("no gains");
+        let text = refused.to_string();
+        assert!(
+            text.contains("your own `K_v`") && !text.contains("gears"),
+            "{text}"
+        );
         // The user's gain counts, in the file or given otherwise, although it is the reference
         // machine's, and others fit it.
         let own = [("Lambda_position", 20.0)];

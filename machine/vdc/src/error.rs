@@ -2,6 +2,7 @@
 
 use hdrm::{Body, GeometryError};
 use machine_file::MachineError;
+use machine_file::Seconds;
 use thiserror::Error;
 
 /// Longest step, s; beyond it held measurements are meaningless and filters may overflow.
@@ -51,7 +52,7 @@ pub enum ControllerError {
     #[error("prediction over the delay: {0}")]
     Prediction(#[from] emla::StepError),
     /// Unusable step size.
-    #[error("t = {t} s: step h = {h} s must be > 0 and at most {STEP_MAX} s")]
+    #[error("t = {} s: step h = {} s must be > 0 and at most {STEP_MAX} s", Seconds(*t), Seconds(*h))]
     BadStep {
         /// Start of the step, s.
         t: f64,
@@ -59,7 +60,7 @@ pub enum ControllerError {
         h: f64,
     },
     /// A command, or another output, became infinite or NaN.
-    #[error("t = {t} s: `{signal}` became {value}; it must be finite")]
+    #[error("t = {} s: `{signal}` became {value}; it must be finite", Seconds(*t))]
     NotFinite {
         /// Time, s.
         t: f64,

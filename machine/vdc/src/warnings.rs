@@ -7,6 +7,7 @@ use crate::nominal::Nominal;
 use crate::reference::{Motion, Rates};
 use crate::settings::{Level, Settings};
 use crate::supervisor::{Cause, Stage, Supervisor};
+use machine_file::Seconds;
 use serde::{Deserialize, Serialize};
 use thiserror::Error;
 
@@ -19,9 +20,9 @@ pub enum Warning {
     )]
     StepTooLong {
         /// Time, s.
-        t: f64,
+        t: Seconds,
         /// Interval between two samples, s.
-        h: f64,
+        h: Seconds,
         /// Longest that damps the currents without overshoot, s.
         longest: f64,
     },
@@ -31,7 +32,7 @@ pub enum Warning {
     )]
     OutOfReach {
         /// Time, s.
-        t: f64,
+        t: Seconds,
         /// Least distance of the reference from the lift joint, however the machine is slewed, m.
         distance: f64,
         /// Length of the stretched arm, m.
@@ -43,7 +44,7 @@ pub enum Warning {
     )]
     JointHeld {
         /// Time, s.
-        t: f64,
+        t: Seconds,
         /// Joint, counted from 1.
         joint: usize,
         /// Reference of the joint, rad.
@@ -57,7 +58,7 @@ pub enum Warning {
     )]
     ElbowHeld {
         /// Time, s.
-        t: f64,
+        t: Seconds,
         /// Reference of the tilt joint, rad.
         zeta: f64,
     },
@@ -68,7 +69,7 @@ pub enum Warning {
     )]
     JointRate {
         /// Time, s.
-        t: f64,
+        t: Seconds,
         /// Joint, counted from 1.
         joint: usize,
         /// Rate of the joint for the whole command, rad/s.
@@ -82,7 +83,7 @@ pub enum Warning {
     )]
     WristSingular {
         /// Time, s.
-        t: f64,
+        t: Seconds,
         /// Reference of the joint, rad.
         zeta: f64,
     },
@@ -93,7 +94,7 @@ pub enum Warning {
     )]
     Blocked {
         /// Time, s.
-        t: f64,
+        t: Seconds,
         /// Joint, counted from 1.
         joint: usize,
         /// Reference of the joint, rad.
@@ -106,7 +107,7 @@ pub enum Warning {
     )]
     RodHeld {
         /// Time, s.
-        t: f64,
+        t: Seconds,
         /// Actuator, counted from 1.
         actuator: usize,
         /// Rated force, N.
@@ -119,7 +120,7 @@ pub enum Warning {
     )]
     Force {
         /// Time, s.
-        t: f64,
+        t: Seconds,
         /// Actuator, counted from 1.
         actuator: usize,
         /// Required force, N.
@@ -134,7 +135,7 @@ pub enum Warning {
     )]
     Supervisor {
         /// Time, s.
-        t: f64,
+        t: Seconds,
         /// The new stage.
         stage: Stage,
         /// Why it acts.
@@ -151,7 +152,7 @@ pub enum Warning {
     )]
     Voltage {
         /// Time, s.
-        t: f64,
+        t: Seconds,
         /// Actuator, counted from 1.
         actuator: usize,
         /// Required voltage, V.
@@ -232,7 +233,7 @@ pub(crate) fn first_warning(
     reported: &mut ReportedWarnings,
     [t, h]: [f64; 2],
 ) -> Option<Warning> {
-    let mut first = None;
+    let (mut first, t) = (None, Seconds(t));
     let stage = supervisor.stage();
     if reported.begins_to_act(stage) {
         let (rod, power) = supervisor.largest(&nominal.ratings);
@@ -256,7 +257,11 @@ pub(crate) fn first_warning(
     };
     let least = nominal.parameters().map(|p| p.L_d.min(p.L_q));
     let longest = least.into_iter().fold(f64::INFINITY, f64::min) / settings.gains.K_i;
-    let too_long = Warning::StepTooLong { t, h, longest };
+    let too_long = Warning::StepTooLong {
+        t,
+        h: Seconds(h),
+        longest,
+    };
     begins(&mut reported.step, h > longest, too_long);
     if settings.level == Level::Machine {
         let reach = nominal.reach.length();

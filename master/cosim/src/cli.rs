@@ -15,7 +15,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use anyhow::{Context, Result, bail, ensure};
-use clap::Args;
+use clap::{ArgGroup, Args};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use crate::io::csv::Log;
@@ -40,7 +40,7 @@ use fmi_import::output;
 use places::place_of_fmi_3;
 
 pub use isolation_args::{IsolationArgs, serve_if_asked};
-pub use outputs::{claim_outputs, csv_output, keep_rows, output};
+pub use outputs::{claim_outputs, csv_output, keep_rows, keep_rows_in, output};
 pub use places::{find, place};
 pub use step_args::StepArgs;
 
@@ -441,20 +441,21 @@ impl InputArgs {
 
 /// Which signals of a run are written.
 #[derive(Args, Clone)]
+#[command(group = ArgGroup::new("rows").multiple(true))]
 pub struct CsvArgs {
     /// Write signals to this CSV file, and their units beside it to NAME.units.csv
-    #[arg(long, value_name = "FILE", value_parser = csv_output())]
+    #[arg(long, value_name = "FILE", value_parser = csv_output(), group = "rows")]
     pub csv: Option<PathBuf>,
     /// Signals for --csv in the order of their columns, comma-separated, with * for any text:
     /// `arm.tip.*,*.F`; `*` for all outputs; an array by its name [default: a useful few]
-    #[arg(long, value_name = "PATTERNS", requires = "csv")]
+    #[arg(long, value_name = "PATTERNS", requires = "rows")]
     pub signals: Vec<String>,
     /// Time from row to row, s, a multiple of the communication step [default: the communication
     /// step]
     #[arg(
         long,
         value_name = "SECONDS",
-        requires = "csv",
+        requires = "rows",
         allow_negative_numbers = true
     )]
     pub interval: Option<f64>,
@@ -470,6 +471,18 @@ impl CsvArgs {
         Ok(verdict)
     }
 
+    /// The signals; where none are named the variables `useful`.
+    pub fn ports(
+        &self,
+        system: &System,
+        useful: impl FnOnce() -> Result<Vec<Port>>,
+    ) -> Result<Vec<Port>> {
+        match self.signals.is_empty() {
+            true => useful(),
+            false => matching_any(system, &split_lists(system, &self.signals)),
+        }
+    }
+
     /// The log file, if one is wanted; without `--signals` of the variables `useful`. With
     /// `has_steps` it has columns for the length and the error of each step.
     pub fn log(
@@ -482,10 +495,7 @@ impl CsvArgs {
         let Some(path) = &self.csv else {
             return Ok(None);
         };
-        let ports = match self.signals.is_empty() {
-            true => useful()?,
-            false => matching_any(system, &split_lists(system, &self.signals))?,
-        };
+        let ports = self.ports(system, useful)?;
         let (interval, stepping) = (self.interval, experiment.stepping);
         Log::create(path, system, &ports, interval, stepping, has_steps).map(Some)
     }

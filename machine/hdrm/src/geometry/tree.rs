@@ -89,7 +89,7 @@ pub struct Configuration {
 pub enum GeometryError {
     /// The four-bar cannot be closed.
     #[error(
-        "the four-bar does not close at zeta_3 = {zeta_3} rad: \
+        "the four-bar does not close at zeta_3 = {zeta_3:.4} rad: \
          |AC| must lie between |d4 − d5| and d4 + d5 over the tilt range and {MARGIN} rad beyond"
     )]
     FourBarOpen {
@@ -98,7 +98,7 @@ pub enum GeometryError {
     },
     /// An actuator passes a dead point inside the joint range.
     #[error(
-        "dx_{actuator}/dzeta_{actuator} = {x_prime} m/rad at {zeta} rad: \
+        "dx_{actuator}/dzeta_{actuator} = {x_prime:.6} m/rad at {zeta:.4} rad: \
          it must be positive over the whole joint range and {MARGIN} rad beyond"
     )]
     DeadPoint {

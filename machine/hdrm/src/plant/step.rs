@@ -6,7 +6,7 @@ use crate::plant::input::Input;
 use crate::plant::state::State;
 use crate::plant::{Dynamics, Hdrm};
 use crate::{DOF, Stroke};
-use model_rules::{RATE_STEP, substeps};
+use model_rules::{RATE_STEP, Seconds, substeps};
 use nalgebra::Vector6;
 use thiserror::Error;
 
@@ -31,7 +31,7 @@ const LARGEST: f64 = 1e9;
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum StepError {
     /// Unusable step size.
-    #[error("t = {t} s: step h = {h} s must be finite, > 0 and at most {STEP_MAX} s")]
+    #[error("t = {} s: step h = {} s must be finite, > 0 and at most {STEP_MAX} s", Seconds(*t), Seconds(*h))]
     BadStep {
         /// Start of the step, s.
         t: f64,
@@ -39,7 +39,7 @@ pub enum StepError {
         h: f64,
     },
     /// A joint angle or rate became too large, infinite or NaN.
-    #[error("t = {t} s: `{signal}` became {value}; its magnitude must be at most {LARGEST}")]
+    #[error("t = {} s: `{signal}` became {value:.3e}; its magnitude must be at most {LARGEST:e}", Seconds(*t))]
     NotFinite {
         /// Start of the step, s.
         t: f64,

@@ -57,7 +57,7 @@ pub fn gains_beside(
             .iter()
             .find(|gain| gain.name == "Lambda_position")
             .map(|gain| gain.value),
-        Err(GainError::Undamped(_)) if filed != known.Lambda_position => {
+        Err(GainError::Undamped(..)) if filed != known.Lambda_position => {
             Some(filed.min(known.Lambda_position))
         }
         Err(error) => return Err(error),

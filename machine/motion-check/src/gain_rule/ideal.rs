@@ -103,7 +103,10 @@ pub fn ideal_gains_beside(
             controller: gains,
             ..machine.clone()
         };
-        return Err(GainError::Undamped(least_damped(&as_tried)?.0));
+        let is_own = |name: &&str| ruled.iter().all(|gain| gain.name != *name);
+        let own = ["K_i", "K_f", "K_v", "gamma"].into_iter().filter(is_own);
+        let (mode, _) = least_damped(&as_tried)?;
+        return Err(GainError::Undamped(mode, own.collect()));
     }
     // Gains that are said have others that fit them.
     let feedback = match is_said(&gains, "Lambda_position") {

@@ -1,7 +1,7 @@
 //! The controller names causes where they begin, and once.
 
 use emla::Surrogate;
-use machine_file::Machine;
+use machine_file::{Machine, Seconds};
 use vdc::{Controller, Input, ReportedWarnings, Settings, Trajectory, Warning};
 
 const H: f64 = 1e-3;
@@ -51,7 +51,7 @@ fn an_unreachable_reference_is_named_where_it_begins_and_once() {
         panic!("{:?}", case.next_warning(2.0, H));
     };
     assert!(
-        t == 2.0 && distance > 20.0 && (3.0..8.0).contains(&reach),
+        t == Seconds(2.0) && distance > 20.0 && (3.0..8.0).contains(&reach),
         "{distance}, {reach}"
     );
     // The jump asks for voltages that no drive gives; after both are told there is silence.
@@ -79,12 +79,14 @@ fn a_step_too_long_for_the_current_feedback_is_named() {
     let longest = emla.L_q / case.settings.gains.K_i;
     assert_eq!(case.next_warning(0.0, 0.99 * longest), None);
     let h = 1.01 * longest;
-    assert_eq!(
-        case.next_warning(0.0, h),
-        Some(Warning::StepTooLong { t: 0.0, h, longest })
-    );
+    let told = Warning::StepTooLong {
+        t: Seconds(0.0),
+        h: Seconds(h),
+        longest,
+    };
+    assert_eq!(case.next_warning(0.0, h), Some(told));
     assert_eq!(case.next_warning(0.0, h), None, "told once");
-    let text = Warning::StepTooLong { t: 0.0, h, longest }.to_string();
+    let text = told.to_string();
     assert!(text.contains("L/K_i"), "{text}");
 }
 

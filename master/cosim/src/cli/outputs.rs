@@ -2,13 +2,14 @@
 //! claimed before the work, so that none replaces an input or another output; and a run that fails
 //! keeps its rows.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use anyhow::Result;
 use clap::builder::{PathBufValueParser, TypedValueParser};
 
 use crate::io::csv::Log;
+use fmi_import::digits::short;
 
 /// Outputs that were named and are not claimed yet.
 static NAMED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
@@ -50,10 +51,16 @@ pub fn claim_outputs() -> Result<()> {
 /// which is said.
 pub fn keep_rows<T>(log: Option<Log>, outcome: Result<T>) -> Result<T> {
     let Some(log) = log else { return outcome };
-    let path = log.path().display().to_string();
-    match (outcome, log.finish()) {
+    let path = log.path().to_path_buf();
+    keep_rows_in(&path, log.finish(), outcome)
+}
+
+/// The outcome of a run, of which the rows up to a time, s, were `kept` in a file.
+pub fn keep_rows_in<T>(path: &Path, kept: Result<Option<f64>>, outcome: Result<T>) -> Result<T> {
+    match (outcome, kept) {
         (Ok(outcome), kept) => kept.map(|_| outcome),
         (Err(error), Ok(Some(time))) => {
+            let (time, path) = (short(time), path.display());
             eprintln!("the rows up to t = {time} s are in `{path}`");
             Err(error)
         }

@@ -115,12 +115,9 @@ impl Log {
             names.extend(["step", "step_error"].map(String::from));
             units += "step,s\nstep_error,1\n";
         }
-        let is_text = |port: &Port| {
-            let v = system.variable(*port);
-            is_non_numeric(v.access()) && !matches!(v.kind, Kind::Enumeration(_))
-        };
         let columns = ports.iter().copied().enumerate();
-        let (non_numeric, numbers): (Vec<_>, Vec<_>) = columns.partition(|(_, port)| is_text(port));
+        let (non_numeric, numbers): (Vec<_>, Vec<_>) =
+            columns.partition(|(_, port)| is_text(system, *port));
         let numbers: Vec<Port> = numbers.into_iter().map(|(_, port)| port).collect();
         let file = CsvFile::create(path, &names)?;
         let units = (!file.out.is_stream()).then(|| {
@@ -167,6 +164,12 @@ impl Log {
         }
         Ok(self.last)
     }
+}
+
+/// Whether a variable has values that an f64 cannot hold.
+pub fn is_text(system: &System, port: Port) -> bool {
+    let v = system.variable(port);
+    is_non_numeric(v.access()) && !matches!(v.kind, Kind::Enumeration(_))
 }
 
 /// A row for each communication point at which one is due.

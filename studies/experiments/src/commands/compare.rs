@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use anyhow::Result;
 use clap::Args;
-use cosim::Verdict;
 use cosim::cli::{CsvArgs, print};
+use cosim::{Recording, Verdict};
 
 use super::run::logged_run;
 use crate::analyses::inertia::{self, MODES};
@@ -56,7 +56,8 @@ pub fn compare(args: &CompareArgs) -> Result<Verdict> {
             signals: Vec::new(),
             interval: args.interval,
         };
-        let (outcome, accuracy) = logged_run(&system, &experiment, &csv, false)?;
+        let (outcome, accuracy) =
+            logged_run(&system, &experiment, &csv, &mut None::<Recording>, false)?;
         verdict.extend(outcome.verdict().prefixed(mode));
         rows.push((mode, outcome, accuracy, csv.csv));
     }

@@ -2,15 +2,21 @@
 
 use std::fmt::Display;
 
+#[cfg(feature = "mcap")]
+use anyhow::Context as _;
 use anyhow::Result;
 use clap::Args;
 use cosim::cli::{CsvArgs, bar, keep_rows, print};
-use cosim::run::observer::{Function, Observers};
+#[cfg(feature = "mcap")]
+use cosim::cli::{keep_rows_in, output};
+use cosim::run::observer::{Function, Observer, Observers};
 use cosim::{Experiment, Master, System, Verdict};
 
 use crate::measures::iso9283::{Measures, Meter};
 use crate::measures::run::{FailedRun, Outcome, default_signals, run as run_once};
 use crate::print::output::verdict_text;
+#[cfg(feature = "mcap")]
+use crate::runs::mcap::Recorder;
 use crate::setup::run_setup::MachineArgs;
 use crate::setup::start_values::{MODES, vary};
 
@@ -29,6 +35,10 @@ pub struct RunArgs {
     inertia_scale: Option<f64>,
     #[command(flatten)]
     csv: CsvArgs,
+    /// Record poses of all bodies, signals and findings as MCAP, for Foxglove and rerun
+    #[cfg(feature = "mcap")]
+    #[arg(long, value_name = "FILE", value_parser = output(), group = "rows")]
+    mcap: Option<std::path::PathBuf>,
     /// Largest tip error over the motion for a good verdict, m
     #[arg(long, value_name = "METRES")]
     max_error: Option<f64>,
@@ -46,15 +56,45 @@ pub fn run(args: &RunArgs) -> Result<Verdict> {
     let scale = args.inertia_scale.iter();
     values.extend(scale.map(|v| ("inertia_scale", v as _)));
     let experiment = vary(&system, &base, &values)?;
-    let (outcome, accuracy) = logged_run(&system, &experiment, &args.csv, args.quiet)?;
-    verdict.extend(outcome.verdict());
-    verdict.extend(outcome.tip.verdict(args.max_error));
+    #[cfg(feature = "mcap")]
+    let mut recorder = args.recorder(&system, &experiment)?;
+    #[cfg(not(feature = "mcap"))]
+    let mut recorder = None::<cosim::Recording>;
+    let done = logged_run(&system, &experiment, &args.csv, &mut recorder, args.quiet);
+    if let Ok((outcome, _)) = &done {
+        verdict.extend(outcome.verdict());
+        verdict.extend(outcome.tip.verdict(args.max_error));
+    }
+    #[cfg(feature = "mcap")]
+    let done = match (&args.mcap, recorder) {
+        (Some(path), Some(recorder)) => {
+            let kept = recorder.finish(done.as_ref().map(|_| &verdict));
+            keep_rows_in(path, kept, done)
+        }
+        _ => done,
+    };
+    let (outcome, accuracy) = done?;
     let accuracy = accuracy.map_or(String::new(), |measures| measures.to_string());
     print(outcome.summary() + &accuracy + &verdict_text(&verdict))?;
-    if let Some(path) = &args.csv.csv {
+    let files = args.csv.csv.iter();
+    #[cfg(feature = "mcap")]
+    let files = files.chain(&args.mcap);
+    for path in files {
         print(format_args!("signals written to {}\n", path.display()))?;
     }
     Ok(verdict)
+}
+
+#[cfg(feature = "mcap")]
+impl RunArgs {
+    fn recorder(&self, system: &System, experiment: &Experiment) -> Result<Option<Recorder>> {
+        let Some(path) = &self.mcap else {
+            return Ok(None);
+        };
+        let ports = self.csv.ports(system, || default_signals(system))?;
+        let made = Recorder::create(path, system, experiment, &ports, self.csv.interval);
+        made.context("--mcap").map(Some)
+    }
 }
 
 /// Runs with a progress bar, the accuracy on an ISO 9283 path and, if asked for, a CSV file.
@@ -62,6 +102,7 @@ pub(super) fn logged_run(
     system: &System,
     experiment: &Experiment,
     csv: &CsvArgs,
+    recorder: &mut dyn Observer,
     quiet: bool,
 ) -> Result<(Outcome, Option<Measures>)> {
     let mut meter = Meter::from_experiment(system, experiment)?;
@@ -73,7 +114,7 @@ pub(super) fn logged_run(
     };
     let measure = |master: &Master| meter.iter_mut().try_for_each(|meter| meter.add(master));
     let measure = &mut Function(measure);
-    let observers = &mut Observers(vec![measure, &mut log]);
+    let observers = &mut Observers(vec![measure, &mut log, recorder]);
     let outcome = run_once(system, experiment, &progress, observers);
     bar.finish_and_clear();
     let outcome = keep_rows(log, outcome.map_err(FailedRun::explain))?;
