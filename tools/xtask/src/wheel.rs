@@ -46,8 +46,8 @@ const MADE_FROM: [&str; 8] = [
     "parameters",
     "system",
 ];
-/// The release profile compiles this crate without optimisation, for its tests.
-const FAST_BORDER: &str = "profile.release.package.fmu-export.opt-level=3";
+/// The profile of a package that pip builds.
+const PIP_PROFILE: &str = "pip";
 /// Package of the native module.
 const MODULE: &str = "hdrm-fmu-python";
 /// The library that a module for Windows needs; every Python 3 brings it.
@@ -133,8 +133,8 @@ fn packed(workspace: &Workspace, is_portable: bool) -> Result<PathBuf> {
     Ok(folder)
 }
 
-/// The folder of the suite for this machine, packed with the release profile unless it is packed and
-/// newer than all that it is made from.
+/// The folder of the suite for this machine, packed with [`PIP_PROFILE`] unless it is packed and newer
+/// than all that it is made from.
 fn quickly_packed(workspace: &Workspace) -> Result<PathBuf> {
     let folder = workspace.fmu_dir();
     let names = pack::names(workspace)?;
@@ -151,14 +151,9 @@ fn quickly_packed(workspace: &Workspace) -> Result<PathBuf> {
             return Ok(folder);
         }
     }
-    let mut arguments = profile("release").to_vec();
+    let mut arguments = profile(PIP_PROFILE).to_vec();
     // With the module, so that what it shares with the FMUs has the same features and is compiled once.
-    let module = ["--package".into(), MODULE.into()];
-    arguments.extend(
-        ["--config".into(), FAST_BORDER.into()]
-            .into_iter()
-            .chain(module),
-    );
+    arguments.extend(["--package".into(), MODULE.into()]);
     pack::suite_with(workspace, &arguments, &Platforms::default(), &folder)?;
     Ok(folder)
 }
