@@ -5,7 +5,9 @@ import math
 import zipfile
 
 import pytest
+from fmpy import read_model_description
 
+import traits
 from conftest import FMU_DIR
 from native import cargo_fmu
 from test_sizes import A, TOLERANCE, W, pack
@@ -84,7 +86,7 @@ def test_parameters_and_inputs_are_set(tmp_path):
     rows = [(t, math.sin(W * t), math.cos(W * t) + 0.5 * max(t - 0.1, 0.0)) for t in (k / 10 for k in range(11))]
     files = {
         "x.ssv": f'<ssv:ParameterSet xmlns:ssv="http://ssp-standard.org/SSP1/SystemStructureParameterValues"><ssv:Parameters>{each}</ssv:Parameters></ssv:ParameterSet>',
-        "x_in.csv": "time,u[1]\n0,0\n1,2\n",
+        "x_in.csv": "time,u[1]\n0,0\n0.5,1\n1,2\n",
         "x_out.csv": "time,y[1],y[2]\n" + "".join(f"{t},{a!r},{b!r}\n" for t, a, b in rows),
         "fmi-ls-manifest.xml": f"<fmiReferences>{related}</fmiReferences>",
     }
@@ -99,3 +101,37 @@ def test_parameters_and_inputs_are_set(tmp_path):
         assert done.returncode == 1 and f"setting `D[2,1]` = INF gave {version}Discard" in done.stderr, done.stderr
     wrong = with_files(fmu, tmp_path / "wrong.fmu", files | {"x_in.csv": "time,u[1]\n0,0\n1,2.01\n"})
     assert cargo_fmu("verify", wrong).returncode == 1
+
+
+def test_a_run_that_ends_before_the_result_does_is_no_agreement(tmp_path):
+    """The integral of u = 1, which ends, discards or fails in its step to 0.5 s."""
+    library = traits.compiled(tmp_path)
+    for version in (2, 3):
+        fmu = traits.pack(tmp_path / "traits.fmu", library, version)
+        related = "".join(f'<Related type="{kind}" source="{source}" role="{role}"/>' for role, (kind, source) in RELATED.items())
+        files = {
+            "x_in.csv": "time,u\n0,1\n",
+            "x_out.csv": "time,x\n0,0\n0.3,0.3\n1,1\n",
+            "fmi-ls-manifest.xml": f"<fmiReferences>{related}</fmiReferences>",
+        }
+        for kind in ("good", "terminates", "discards", "fails"):
+            files["x.ssv"] = traits.parameter_set({"at": 0.5, "kind": traits.TRAITS.index(kind)})
+            done = cargo_fmu("verify", with_files(fmu, tmp_path / "set.fmu", files))
+            if kind == "good":
+                assert done.returncode == 0, done.stdout + done.stderr
+            else:
+                assert done.returncode == 1 and not done.stdout, done.stdout + done.stderr
+                assert ("ends the simulation at t = 0.4 s" if (version, kind) == (3, "terminates") else "DoStep from t = 0.4 s") in done.stderr, done.stderr
+
+
+def test_what_is_written_is_what_it_agrees_with(tmp_path):
+    """All outputs of the default experiment, and nothing else, as the packed result has them: no variable deviates."""
+    for folder in (".", "fmi3"):
+        fmu = FMU_DIR / folder / "Sensors.fmu"
+        done = cargo_fmu("verify", fmu, "--write", tmp_path / "out.csv")
+        assert done.returncode == 0, done.stderr
+        written = (tmp_path / "out.csv").read_text()
+        outputs = [v.name for v in read_model_description(str(fmu), validate=False).modelVariables if v.causality == "output"]
+        assert next(csv.reader([written.splitlines()[0]])) == ["time", *outputs]
+        done = cargo_fmu("verify", with_files(fmu, tmp_path / "same.fmu", {"Sensors_out.csv": written}))
+        assert done.returncode == 0 and done.stdout.endswith("largest deviation 0.00e0\n"), done.stdout

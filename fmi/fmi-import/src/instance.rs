@@ -251,13 +251,16 @@ impl<'a> Instance<'a> {
 
     /// Makes a step by `h`, s, from the present time, which must succeed (fmi2DoStep).
     pub fn step(&mut self, h: f64) -> Result<()> {
-        let status = self.step_from(self.time, h);
-        self.must(
-            &format!("fmi2DoStep from t = {} s by {h} s", self.time),
-            status,
-        )?;
+        self.step_with_end(h).map(drop)
+    }
+
+    /// The same; returns how the step ended, which only FMI 3.0 tells.
+    pub fn step_with_end(&mut self, h: f64) -> Result<StepEnd> {
+        let (t, mut end) = (self.time, StepEnd::default());
+        let status = self.stepping(|raw| raw.do_step(t, h, 1, &mut end));
+        self.must(&format!("fmi2DoStep from t = {t} s by {h} s"), status)?;
         self.time += h;
-        Ok(())
+        Ok(end)
     }
 
     /// What [`ONE_BY_ONE`] asks for before a call: the variable is said, or there are calls for one

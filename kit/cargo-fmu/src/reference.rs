@@ -217,7 +217,10 @@ mod tests {
             input.at(0.25),
             (&["0".to_owned()][..], Some((&["4".to_owned()][..], 0.25)))
         );
-        assert_eq!(input.at(3.0), (&["4".to_owned()][..], None));
+        // The row of a time counts from there on, also if the time is rounded.
+        for t in [1.0 - 1e-12, 1.0, 3.0] {
+            assert_eq!(input.at(t), (&["4".to_owned()][..], None));
+        }
         entries.insert(format!("{SOURCE}/notes.txt"), Vec::new());
         let error = place(&mut entries).unwrap_err().to_string();
         assert!(

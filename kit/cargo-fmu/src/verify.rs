@@ -241,13 +241,20 @@ fn simulate(
             }
             next = next.min(t);
             let from = instance.time;
-            if let Err(error) = instance.step(next - from) {
-                // FMI 2.0 discards the step in which an FMU ends the simulation.
-                let (mut ends, mut last) = (0, from);
-                let is_told =
-                    instance.is_terminated(&mut ends) == OK && instance.last_time(&mut last) == OK;
-                if !(is_told && ends != 0 && last >= next - near) {
-                    return Err(error);
+            match instance.step_with_end(next - from) {
+                Ok(end) => ensure!(
+                    !end.terminates || end.time >= next - near,
+                    "the FMU ends the simulation at t = {} s, before the last row of the result",
+                    end.time
+                ),
+                Err(error) => {
+                    // FMI 2.0 discards the step in which an FMU ends the simulation.
+                    let (mut ends, mut last) = (0, from);
+                    let is_told = instance.is_terminated(&mut ends) == OK
+                        && instance.last_time(&mut last) == OK;
+                    if !(is_told && ends != 0 && last >= next - near) {
+                        return Err(error);
+                    }
                 }
             }
             instance.time = next;

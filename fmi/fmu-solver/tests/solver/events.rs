@@ -274,3 +274,36 @@ fn two_crossings_within_a_step_are_found() {
         }
     }
 }
+
+/// An indicator of time alone that has changed its sign, and changes it back long after: what is looked
+/// at right after the event is the time right after it, so the second change is an event too. Nothing
+/// is integrated, so both are found to some ε of the time.
+#[test]
+fn an_indicator_that_returns_late_has_two_events() {
+    let (from, until) = (0.2, 0.55);
+    let now = Cell::new(0.0);
+    let z = |s: f64, _: &[f64], z: &mut [f64]| {
+        z[0] = (now.get() + s - from) * (until - now.get() - s);
+    };
+    let rest = |_: f64, _: &[f64], dx: &mut [f64]| {
+        dx[0] = 0.0;
+        Ok(())
+    };
+    let mut problem = Problem {
+        f: rest,
+        z,
+        evaluations: 0.into(),
+    };
+    let mut solver = solver(&Method::Adaptive, 1, 1, f64::INFINITY, 1e-6);
+    let (mut x, mut first) = ([1.0], 1.0);
+    for exact in [from, until] {
+        let span = (now.get(), 1.0 - now.get());
+        let event = solver.advance(&mut problem, span, &mut x, &mut first);
+        let event = event.unwrap().expect("the sign changes");
+        now.set(now.get() + event);
+        assert!((now.get() - exact).abs() < 1e-14, "{now:?} {exact}");
+    }
+    let span = (now.get(), 1.0 - now.get());
+    let event = solver.advance(&mut problem, span, &mut x, &mut first);
+    assert_eq!(event.unwrap(), None);
+}

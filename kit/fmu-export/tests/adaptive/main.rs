@@ -224,3 +224,46 @@ fn a_rate_of_an_unknown_name_is_refused() {
     let text = "the rate of `T` depends on `t[i]`; it must be an input or state of the table";
     assert_eq!(error.to_string(), text);
 }
+
+/// Cells that say nothing of what their rates depend on
+#[derive(State)]
+#[fmu(parameters = Cells, solver = "stiff")]
+struct Undeclared {
+    /// Cells
+    #[fmu(unit = "1", len = p.n)]
+    x: Vec<f64>,
+}
+
+#[derive(Parameters)]
+struct Cells {
+    /// Number of cells
+    #[fmu(start = 2, min = 1)]
+    n: i32,
+}
+
+impl Ode for Undeclared {
+    fn derivative(&self, _p: &Cells, _u: &(), _t: f64, _dx: &mut Self) {}
+
+    fn valid(&self, _p: &Cells, _u: &(), _t: f64) -> Result<(), ModelError> {
+        Err(ModelError::new("the equations were asked for"))
+    }
+}
+
+/// A full Jacobian is made for as many states as the message says, and for no more.
+#[test]
+fn too_many_states_must_say_what_their_rates_depend_on() {
+    for (n, text) in [
+        (4096, "the equations were asked for"),
+        (
+            4097,
+            "a solver for stiff models of 4097 states must know which states each derivative reads: say `rate_depends_on(…)` of each state, \
+             or have at most 4096",
+        ),
+    ] {
+        let (mut p, u) = Undeclared::defaults();
+        p.n = n;
+        let mut model = Undeclared::initialize(&p, &u, 0.0).unwrap();
+        let error = Model::step(&mut model, &p, &InputPolynomial::held(u), &(), 0.0, 0.1);
+        assert_eq!(error.unwrap_err().to_string(), text);
+    }
+}

@@ -9,7 +9,7 @@ mod ways;
 use allocation_counter::measure;
 use fmu_export::can::{CanInput, CanOutput, Operation};
 use fmu_export::{Terminal, can_clocks, check, prelude::*};
-use std::ffi::c_int;
+use std::ffi::{CStr, c_char, c_int};
 use ways::{C, Instance, Way, attribute};
 
 #[derive(Input)]
@@ -18,6 +18,7 @@ pub struct Input {
     #[fmu(unit = "1")]
     u: f64,
     body: CanInput<64>,
+    other: CanInput<64>,
 }
 
 /// Sends at 0.25 s, and when the sign of its input changes
@@ -28,14 +29,18 @@ pub struct Driven {
     #[fmu(unit = "1")]
     x: f64,
     body: CanOutput<64>,
+    other: CanOutput<64>,
     #[fmu(skip)]
     is_late: bool,
     #[fmu(skip)]
     is_negative: bool,
 }
 
-const INFO: Info =
-    Info::new("Driven", "A node").terminals(&[Terminal::can("body", "the body's network")]);
+/// A gateway: a node of the one network, and the bus of the other.
+const INFO: Info = Info::new("Driven", "A node").terminals(&[
+    Terminal::can("body", "the body's network"),
+    Terminal::can("other", "a network that it simulates").of_bus_simulation(),
+]);
 
 impl Driven {
     fn receive(&mut self, _p: &(), u: &Input, _tick: Tick) -> Result<(), ModelError> {
@@ -47,7 +52,8 @@ impl Driven {
 }
 
 impl Ode for Driven {
-    const CLOCKS: &'static [Clock<Self>] = can_clocks!("body" = body: Self::receive);
+    const CLOCKS: &'static [Clock<Self>] =
+        can_clocks!("body" = body: Self::receive, "other" = other: |_, _, _, _| Ok(()));
 
     const INDICATORS: &'static [Variable<Self>] =
         &[Variable::indicator("never", "Never").unit("1")];
@@ -88,6 +94,24 @@ unsafe extern "C-unwind" {
     fn fmi3SerializeFMUState(c: C, state: C, bytes: *mut u8, size: usize) -> c_int;
     fn fmi3DeserializeFMUState(c: C, bytes: *const u8, size: usize, state: *mut C) -> c_int;
     fn fmi3Reset(c: C) -> c_int;
+    fn fmi3ExportFiles(context: C, receive: extern "C" fn(C, *const c_char, *const u8, usize)) -> c_int;
+}
+
+/// The manifest among the files that are packed: an FMU that simulates one of its networks simulates a bus.
+#[test]
+fn one_simulated_network_is_enough_for_a_bus() {
+    extern "C" fn receive(to: C, path: *const c_char, bytes: *const u8, size: usize) {
+        let path = unsafe { CStr::from_ptr(path) };
+        if path == c"extra/org.fmi-standard.fmi-ls-bus/fmi-ls-manifest.xml" {
+            let to = unsafe { &mut *to.cast::<Vec<u8>>() };
+            to.extend(unsafe { std::slice::from_raw_parts(bytes, size) });
+        }
+    }
+    let mut manifest = Vec::<u8>::new();
+    let status = unsafe { fmi3ExportFiles((&raw mut manifest).cast(), receive) };
+    let text = String::from_utf8(manifest).unwrap();
+    assert_eq!(status, 0);
+    assert!(text.contains("isBusSimulationFMU=\"true\""), "{text}");
 }
 
 fn vr(name: &str) -> u32 {

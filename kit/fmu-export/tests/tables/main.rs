@@ -27,6 +27,7 @@ macro_rules! idle_model {
 }
 
 mod check;
+mod clocked;
 mod compile_fail;
 mod derive;
 mod described;

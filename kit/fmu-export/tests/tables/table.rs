@@ -26,6 +26,8 @@ struct Parameters {
 #[derive(Clone, Copy, Default, Serialize, Deserialize)]
 struct Input {
     u: [f64; 2],
+    v: f64,
+    w: f64,
 }
 
 #[derive(Clone, Copy, Default)]
@@ -114,6 +116,9 @@ const TABLES: &[(&[V], &str)] = &[
     (&[V::calculated_parameter("c", "calculated", |y| &y.y[0]).depends_on(&[])], "variable `c`: only outputs have dependencies"),
     (&[V::constant("g", "gravity", |_| &9.80665).tunable()], "variable `g`: only parameters can be tunable, except String parameters with a setter"),
     (&[V::constant("g", "gravity", |_| &9.80665).discrete()], "variable `g`: only a Real that is not a parameter can be declared discrete"),
+    (&[u("u"), V::input("v", "input", |u| &u.v, |u| &mut u.v), V::input("w", "its rate", |u| &u.w, |u| &mut u.w).rate_of("v")], ""),
+    (&[u("u"), V::input("w", "its rate", |u| &u.w, |u| &mut u.w).rate_of("u")], "variable `w`: it is the rate of `u`, which must be a continuous Real of the same causality and length"),
+    (&[V::integer_output("n", "number", |y| &y.n), V::input("w", "its rate", |u| &u.w, |u| &mut u.w).rate_of("n")], "it is the rate of `n`"),
     (&[n().min(2.0)],                                   "variable `n`: start value 1 must be finite and at least 2"),
 ];
 
