@@ -256,9 +256,9 @@ fn two_crossings_within_a_step_are_found() {
         (Method::Stiff(SparsityPattern::full(2)), f64::INFINITY),
     ] {
         for at in [0.1, 0.43, 0.8] {
-            // Highest at `at`, by 1e-4 m above the ceiling.
+            // From a height of 1 m; highest at `at`, by 1e-4 m above the ceiling.
             let mut solver = solver(&method, 2, 1, longest, 1e-6);
-            let ceiling = 0.5 * G * at * at - 1e-4;
+            let ceiling = 1.0 + 0.5 * G * at * at - 1e-4;
             let z = |_: f64, x: &[f64], z: &mut [f64]| z[0] = ceiling - x[0];
             let mut problem = Problem {
                 f: fall,
@@ -266,7 +266,7 @@ fn two_crossings_within_a_step_are_found() {
                 evaluations: 0.into(),
             };
             let event = solver
-                .advance(&mut problem, (0.0, 1.0), &mut [0.0, G * at], &mut 1.0)
+                .advance(&mut problem, (0.0, 1.0), &mut [1.0, G * at], &mut 1.0)
                 .unwrap();
             let exact = at - (2e-4_f64 / G).sqrt();
             let error = (event.expect("above the ceiling") - exact).abs();
@@ -306,4 +306,26 @@ fn an_indicator_that_returns_late_has_two_events() {
     let span = (now.get(), 1.0 - now.get());
     let event = solver.advance(&mut problem, span, &mut x, &mut first);
     assert_eq!(event.unwrap(), None);
+}
+
+/// A trough that no parabola through the ends and the middle finds: looks approach it from both sides.
+/// The first crossing is the first zero of the factor (s − m)² − d.
+#[test]
+fn a_lopsided_trough_is_found() {
+    for m in [0.1_f64, 0.3, 0.7] {
+        let z = |s: f64, _: &[f64], z: &mut [f64]| z[0] = ((s - m).powi(2) - 3e-4) * (1.0 + s);
+        let rest = |_: f64, _: &[f64], dx: &mut [f64]| {
+            dx[0] = 0.0;
+            Ok(())
+        };
+        let mut problem = Problem {
+            f: rest,
+            z,
+            evaluations: 0.into(),
+        };
+        let mut solver = solver(&Method::Adaptive, 1, 1, f64::INFINITY, 1e-6);
+        let event = solver.advance(&mut problem, (0.0, 1.0), &mut [1.0], &mut 1.0);
+        let error = event.unwrap().expect("the trough") - (m - 3e-4_f64.sqrt());
+        assert!(error.abs() < 1e-13, "{m}: {error:e}");
+    }
 }

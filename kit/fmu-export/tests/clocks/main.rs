@@ -166,3 +166,24 @@ fn an_interval_is_set_before_the_start_alone() {
     fmu.exit_initialization();
     assert_eq!((set(0.5), get()), (3, 0.4));
 }
+
+/// A step that ends at 0 s has the ticks before: no rounding is allowed for that is relative to 0.
+#[test]
+fn a_step_to_zero_has_its_ticks() {
+    unsafe extern "C-unwind" {
+        fn fmi3EnterInitializationMode(c: C, _: bool, _: f64, t: f64, _: bool, _: f64) -> c_int;
+    }
+    let fmu = Instance::new::<Ticking>(Way::Steps3, false);
+    let status = unsafe { fmi3EnterInitializationMode(fmu.c, false, 0.0, -0.5, false, 0.0) };
+    assert_eq!(status, 0);
+    fmu.exit_initialization();
+    fmu.step(-0.5, 0.5);
+    let xml = Way::Steps3.description::<Ticking>();
+    let get = |name| fmu.get::<{ model::MOST }>(reference(&xml, name)).unwrap();
+    let all = std::iter::zip(get("times"), get("kinds"));
+    let times = Vec::from_iter(all.filter(|(_, kind)| *kind == 1.0).map(|(t, _)| t));
+    assert_eq!(times.len(), 5, "{times:?}");
+    for (k, t) in times.iter().enumerate() {
+        assert!((t + 0.5 - 0.1 * k as f64).abs() < 1e-12, "{times:?}");
+    }
+}
