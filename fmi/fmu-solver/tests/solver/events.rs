@@ -22,6 +22,12 @@ fn fall(_: f64, x: &[f64], dx: &mut [f64]) -> Answer {
     Ok(())
 }
 
+/// Nothing moves.
+fn rest(_: f64, _: &[f64], dx: &mut [f64]) -> Answer {
+    dx[0] = 0.0;
+    Ok(())
+}
+
 fn height(_: f64, x: &[f64], z: &mut [f64]) {
     z[0] = x[0];
 }
@@ -285,10 +291,6 @@ fn an_indicator_that_returns_late_has_two_events() {
     let z = |s: f64, _: &[f64], z: &mut [f64]| {
         z[0] = (now.get() + s - from) * (until - now.get() - s);
     };
-    let rest = |_: f64, _: &[f64], dx: &mut [f64]| {
-        dx[0] = 0.0;
-        Ok(())
-    };
     let mut problem = Problem {
         f: rest,
         z,
@@ -314,10 +316,6 @@ fn an_indicator_that_returns_late_has_two_events() {
 fn a_lopsided_trough_is_found() {
     for m in [0.1_f64, 0.3, 0.7] {
         let z = |s: f64, _: &[f64], z: &mut [f64]| z[0] = ((s - m).powi(2) - 3e-4) * (1.0 + s);
-        let rest = |_: f64, _: &[f64], dx: &mut [f64]| {
-            dx[0] = 0.0;
-            Ok(())
-        };
         let mut problem = Problem {
             f: rest,
             z,
