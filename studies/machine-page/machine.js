@@ -93,9 +93,10 @@ class LivePage extends Page {
   }
 
   async open() {
+    const read = new Promise((turn) => document.addEventListener("DOMContentLoaded", turn));
     this.ensemble = await Ensemble.begin({ engine: part("engine"), system: part("system") });
-    // The picture is made while the worker opens the archive and starts the run.
-    this.pictured = new Promise((turn) => document.addEventListener("DOMContentLoaded", turn)).then(() => this.picture());
+    // The picture is made while the worker opens the archive and starts the run, which it is told first.
+    this.pictured = read.then(() => new Promise((turn) => setTimeout(turn))).then(() => this.picture());
     window.addEventListener("hashchange", () => this.attempt(() => this.ofAddress()));
     await Promise.all([this.ensemble.main.opened, this.ofAddress()]);
   }
@@ -109,6 +110,7 @@ class LivePage extends Page {
 
   picture() {
     this.scene = new LiveScene(element("stage"), this.data, (...push) => this.push(...push), (point) => this.addWaypoint(point));
+    this.scene.draw(performance.now(), false);
   }
 
   /* Shows the page, once. Before there is something that moves it would only keep the processor that starts the machine busy: without a

@@ -100,11 +100,12 @@ export class Engine {
   }
 }
 
-/* A worker with this source, of a page or of Node. */
+/* A worker with this source, of a page or of Node, once it runs: a browser starts none while its page is busy. */
 async function started(source) {
   if (globalThis.Worker) {
     const address = URL.createObjectURL(new Blob([source], { type: "text/javascript" }));
     const worker = new Worker(address);
+    await new Promise((runs, fails) => Object.assign(worker, { onmessage: runs, onerror: ({ message }) => fails(new Error(message ?? "the browser starts no worker")) }));
     const own = { postMessage: (message) => worker.postMessage(message), terminate: () => worker.terminate() };
     worker.onmessage = ({ data }) => own.onmessage(data);
     worker.onerror = (error) => own.onerror(error);

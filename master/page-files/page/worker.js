@@ -660,5 +660,9 @@
     turn = turn.then(() => obey(message));
   };
   if (node) node.on("message", receive);
-  else self.onmessage = ({ data }) => receive(data);
+  else {
+    self.onmessage = ({ data }) => receive(data);
+    // Not before this script has ended: until the page knows that, it keeps what it sends.
+    breath().then(() => post({ runs: true }));
+  }
 })();
