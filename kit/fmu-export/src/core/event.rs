@@ -2,6 +2,7 @@
 //! tick of a clock, which a model gets.
 
 use super::error::ModelError;
+use super::step::shown;
 
 /// A tick of a clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -71,6 +72,7 @@ pub(crate) fn handle(
             return Ok(event);
         }
     }
+    let t = shown(t);
     Err(ModelError::new(format!(
         "t = {t} s: an event does not end after {MOST_ITERATIONS} iterations"
     )))

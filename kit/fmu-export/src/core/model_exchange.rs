@@ -9,7 +9,7 @@ use super::layout::{RowSpan, state};
 use super::message::Kind;
 use super::model::{ModelExchange, Variable};
 use super::phase::Phase;
-use super::step::slack;
+use super::step::{shown, slack};
 use super::storage::Storage;
 use super::value::Value;
 use crate::{Model, ModelError};
@@ -36,7 +36,7 @@ pub(super) fn equations<M: Model>() -> Result<ModelExchange<M>, Fault> {
 
 /// The fault of equations that cannot be evaluated; an integrator may try a smaller step.
 fn failed(t: f64, error: &ModelError) -> Fault {
-    Fault::discarded(format_args!("t = {t} s: {error}"))
+    Fault::discarded(format_args!("t = {} s: {error}", shown(t)))
 }
 
 impl<M: Model> Instance<M> {
@@ -85,7 +85,7 @@ impl<M: Model> Instance<M> {
         let (name, value) = (self.equation_name(at), self.equation_cache.numbers[at]);
         discard!(
             "t = {} s: `{name}` became {value}; it must be finite",
-            self.state.time
+            shown(self.state.time)
         )
     }
 
@@ -243,7 +243,7 @@ impl<M: Model> Instance<M> {
             _ => event.due(),
         };
         let is_moved = before.iter().zip(&after).any(|(a, b)| !a.is_same(b));
-        self.report(Kind::Event, format!("t = {t} s: events handled"));
+        self.report(Kind::Event, format!("t = {} s: events handled", shown(t)));
         Ok(EventOutcome { event, is_moved })
     }
 

@@ -10,6 +10,7 @@ use super::instance::Instance;
 use super::message::Kind;
 use super::phase::Phase;
 use super::state::State;
+use super::step::shown;
 use crate::Model;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -58,7 +59,7 @@ impl<M: Model> Instance<M> {
             return unknown(handle);
         };
         self.state.copy(saved);
-        let text = format!("state of t = {} s restored", self.state.time);
+        let text = format!("state of t = {} s restored", shown(self.state.time));
         self.report(Kind::Event, text);
         self.adopt_state();
         Ok(())

@@ -8,6 +8,7 @@ use super::event::{self, Event};
 use super::input::InputPolynomial;
 use super::model::{Evaluation, zero};
 use super::solver_workspace::{Scratch, SolverWorkspace};
+use super::step::shown;
 use super::step_end::StepEnd;
 use fmu_solver::{Failure, Solver, System};
 
@@ -137,6 +138,7 @@ pub(crate) fn solve<M: Continuous>(
     let (steps, rejected) = (now.steps - before.steps, now.rejected - before.rejected);
     if rejected > 0 {
         let done = format_args!("{steps} internal steps were accepted, {rejected} rejected");
+        let (t, h) = (shown(t), shown(h));
         let text = format_args!("t = {t} s, h = {h} s: {done} by the tolerance");
         workspace.log.info("", text);
     }
@@ -252,6 +254,7 @@ fn accumulation<M: Continuous>(indicator: Option<usize>, t: f64, within: f64) ->
         Some(row) => format!("event indicator `{}` has changed its sign", row.name),
         None => "time events have occurred".to_owned(),
     };
+    let t = shown(t);
     ModelError::new(format!(
         "t = {t} s: {what} {MOST_EVENTS} times within {within} s: the events accumulate (Zeno); let the model come to rest there, by a \
          discrete state that stops its motion"
@@ -262,6 +265,7 @@ fn accumulation<M: Continuous>(indicator: Option<usize>, t: f64, within: f64) ->
 #[cold]
 fn not_finite_indicator<M: Continuous>(k: usize, value: f64, t: f64) -> ModelError {
     let name = M::INDICATORS.get(k).map_or("", |row| row.name);
+    let t = shown(t);
     ModelError::new(format!(
         "t = {t} s: event indicator `{name}` became {value}; it must be finite"
     ))

@@ -21,6 +21,14 @@ pub(crate) struct CompletedStep {
     pub(crate) terminate: bool,
 }
 
+/// A time as messages show it, s: without the rest of a rounding error, where that is below a
+/// billionth of itself.
+pub(crate) fn shown(t: f64) -> f64 {
+    let rounded = (t * 1e9).round() / 1e9;
+    let is_rest = (rounded - t).abs() <= 1e-9 * t.abs();
+    if is_rest { rounded } else { t }
+}
+
 /// Refuses inputs whose derivatives would lead them out of their bounds within the step.
 fn check_inputs<M: Model>(
     layout: &Layout<M>,
@@ -81,6 +89,7 @@ fn beyond(t: f64, h: f64, stop: f64) -> Fault {
 #[cold]
 #[inline(never)]
 fn failed(t: f64, h: f64, error: &ModelError) -> Fault {
+    let (t, h) = (shown(t), shown(h));
     Fault::discarded(format_args!("t = {t} s, h = {h} s: {error}"))
 }
 

@@ -7,7 +7,7 @@ use super::fault::{Fault, refuse};
 use super::instance::{Instance, collect_log, collect_messages, set_log_filter};
 use super::model::Timing;
 use super::model_exchange::EventOutcome;
-use super::step::CompletedStep;
+use super::step::{CompletedStep, shown};
 use crate::{Event, Model, ModelError};
 
 impl<M: Model> Instance<M> {
@@ -39,7 +39,7 @@ impl<M: Model> Instance<M> {
             if let Err(error) = (clock.on_tick)(model, &state.parameters, u, tick) {
                 collect_log(&mut self.messages, model);
                 model.clone_from(ticks.before.as_ref().expect("made above"));
-                let (t, name) = (state.time, clock.row.name);
+                let (t, name) = (shown(state.time), clock.row.name);
                 return Err(ModelError::new(format!(
                     "t = {t} s, clock `{name}`: {error}"
                 )));
@@ -151,7 +151,7 @@ impl<M: Model> Instance<M> {
             }
             self.invalidate();
         }
-        let t = self.state.time;
+        let t = shown(self.state.time);
         refuse!("t = {t} s: a clock ticks more than {MOST_ITERATIONS} times at once")
     }
 
@@ -207,7 +207,7 @@ impl<M: Model> Instance<M> {
                 return Ok(step);
             }
             if self.state.time <= start {
-                return refuse!("t = {start} s: the step makes no progress");
+                return refuse!("t = {} s: the step makes no progress", shown(start));
             }
         }
     }
@@ -241,7 +241,7 @@ impl<M: Model> Instance<M> {
         let tick = ticks.each[k].tick(clock, t, state.start);
         if let Err(error) = (clock.on_tick)(model, &state.parameters, &state.input.value, tick) {
             collect_log(&mut self.messages, model);
-            return refuse!("t = {t} s, clock `{}`: {error}", clock.row.name);
+            return refuse!("t = {} s, clock `{}`: {error}", shown(t), clock.row.name);
         }
         collect_messages(&mut self.messages, model);
         let mut has_news = false;

@@ -8,7 +8,7 @@ use crate::c_api::call_order::{self, *};
 use crate::c_api::fmi_instance::{self, Version};
 use crate::core::fault::Fault;
 use crate::core::phase::Phase;
-use crate::core::step::CompletedStep;
+use crate::core::step::{CompletedStep, shown};
 use crate::core::storage::TypeNames;
 
 /// The data that FMI 2.0 adds to an instance.
@@ -59,7 +59,7 @@ fn stopped(t: f64, h: f64, end: CompletedStep) -> Fault {
     } else {
         "stops"
     };
-    let end = end.time;
+    let [t, h, end] = [t, h, end.time].map(shown);
     Fault::discarded(format_args!(
         "t = {t} s, h = {h} s: the model {wish} at {end} s"
     ))

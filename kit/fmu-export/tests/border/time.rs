@@ -240,6 +240,14 @@ fn a_step_the_model_cannot_do_is_discarded() {
     assert_eq!(fmu.set_integer(vr::FAULT, 0), Status::Ok);
     assert_eq!(fmu.step(0.5, 0.25), Status::Ok);
     assert_eq!(fmu.get([vr::X[0]]), [1.625]);
+    // Times of messages have no rest of a rounding error.
+    assert_eq!(fmu.step(0.75, 0.3), Status::Ok);
+    assert_eq!(fmu.step(1.05, 0.1), Status::Ok);
+    assert_eq!(fmu.last_time(), 1.150_000_000_000_000_1);
+    assert_eq!(fmu.set_integer(vr::FAULT, 2), Status::Ok);
+    assert_eq!(fmu.step(fmu.last_time(), 0.1 + 0.2), Status::Discard);
+    let text = "fmi2DoStep: t = 1.15 s, h = 0.3 s: no step for fault = 2";
+    assert_eq!(fmu.last().text, text);
 }
 
 #[test]
