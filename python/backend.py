@@ -51,7 +51,7 @@ def _prepare(config_settings):
     lto = settings.pop("lto", "no")
     if lto not in ("yes", "no"):
         sys.exit(f"--config-settings lto={lto}: must be yes or no.")
-    time = "about 5 minutes" if lto == "no" else "about 10 minutes"
+    time = "3 to 5 minutes" if lto == "no" else "about 10 minutes"
     _tell(f"hdrm_fmu: packing the FMUs and compiling the master takes {time} on two cores, less where they were built before.")
     if lto == "yes":
         os.environ.update(PROFILE)

@@ -5,6 +5,7 @@ They run as the shipped ones do with `--machine`, bit for bit, in our master and
 
 import csv
 import json
+import os
 import shutil
 import zipfile
 from xml.etree import ElementTree
@@ -14,6 +15,8 @@ import numpy as np
 import pytest
 
 import native
+from test_wasm import WASM_DIR, get_reals, outcome, reals
+from wasm_host import Component, FmuWasm, Plain
 
 # Another payload and another gear than the shipped crane's, whose gains the rule gives and whose actuators no network was trained on.
 OWN = {"extends": "hiab_xs031", "bodies": {"PL": {"mass": 240}}, "emla": {"N_gear": 9}}
@@ -99,6 +102,38 @@ def test_a_plant_is_the_machine_in_fmpy(packed, file, fmu_dir, tmp_path):
     bare = fmpy.extract(str(packed / f"Hdrm_{NAME}.fmu"), str(tmp_path / "bare"))
     shutil.rmtree(tmp_path / "bare/resources")
     assert np.array_equal(simulated(bare), wanted)
+
+
+@pytest.fixture(scope="module")
+def packed_wasm(fmu_dir, file, tmp_path_factory):
+    """The same from FMUs with WebAssembly."""
+    if not (WASM_DIR / "Hdrm.fmu").is_file():
+        pytest.skip(f"no FMUs with WebAssembly in {WASM_DIR}; tests/README.md says how they are made")
+    fmus, out = (tmp_path_factory.mktemp(name) for name in ("fmus", "wasm"))
+    for archive in (*fmu_dir.glob("*.fmu"), *fmu_dir.glob("*.ssp")):
+        (fmus / archive.name).symlink_to(archive)
+    (fmus / "fmi3").symlink_to(WASM_DIR)
+    made = native.call("hdrm-fmu", "machine", "pack", file, "--out", out, env=os.environ | {"FMU_DIR": str(fmus)})
+    assert made.returncode == 0, made.stderr
+    return out
+
+
+@pytest.mark.parametrize("name, own", [("Hdrm", ("payload.mass", 240)), ("Rig", ("N_gear", 9)), ("Emla", ("N_gear", 9)), ("Controller", ("gamma", 150))])
+def test_webassembly_is_the_machine_too(packed_wasm, tmp_path, name, own):
+    """Start values and outputs of module and component are those of the library, bit for bit; neither has a file to read."""
+    fmu = FmuWasm(packed_wasm / f"fmi3/{name}_{NAME}.fmu", tmp_path / name)
+
+    def run(instance):
+        instance.initialize()
+        seen = []
+        for k in range(50):
+            seen += [get_reals(instance, reals(fmu, "output")), outcome(instance.step, 1e-3 * k, 1e-3)]
+        return instance.get(own[0]), seen
+
+    library = run(fmu.instance())
+    assert np.ravel(library[0]).tolist() == [own[1]] and all(status is None for status in library[1][1::2])
+    for host in (Plain, Component):
+        assert run(host(fmu)) == library, host
 
 
 def test_a_machine_file_still_counts(packed, fmu_dir):
