@@ -98,6 +98,13 @@ def test_a_machine_with_other_gears_runs_with_the_gains_of_the_rule(tmp_path, ma
     assert done.returncode == 0 and "gains by the rule" in done.stdout and "alpha = 0" in done.stdout, done.stdout + done.stderr
 
 
+@pytest.mark.parametrize("mass", [31, 98, 140])
+def test_a_machine_for_light_loads_is_kept_with_an_empty_hook(tmp_path, mass):
+    """Gains for a light payload make the wrist of an empty hook swing up slowly: the supervisor leaves it until it is found."""
+    done = call("hdrm-fmu", "machine", "check", write(tmp_path / "light.json", {"extends": "reference", "bodies": {"PL": {"mass": mass}}}))
+    assert done.returncode == 0 and "real world, hook empty: tip error RMSE 0." in done.stdout, done.stdout
+
+
 def test_a_path_too_fast_for_the_gears_is_refused_with_the_reason(tmp_path):
     done = call("hdrm-fmu", "machine", "check", geared(tmp_path / "fast.json", 10, 8))
     assert done.returncode == 1 and "motor speed of emla_2: up to" in done.stdout and "is too fast for motors" in done.stdout, done.stdout

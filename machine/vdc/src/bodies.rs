@@ -78,6 +78,11 @@ impl Bodies {
         self.weighing.is_empty()
     }
 
+    /// Whether nothing was felt on the hook while it was weighed.
+    pub(crate) fn feels_empty_hook(&self) -> bool {
+        self.weighing.feels_empty()
+    }
+
     pub(crate) fn load(&self) -> &Load {
         &self.load
     }

@@ -80,6 +80,8 @@ pub(crate) struct Weighing {
     impulse: [f64; 3],
     /// Integral over the time t of t times that impulse, N·m·s³.
     slope: [f64; 3],
+    /// Whether load cells and wrist feel nothing on the hook.
+    feels_empty: bool,
     is_empty: bool,
 }
 
@@ -87,6 +89,11 @@ impl Weighing {
     /// Whether the hook is empty by what was felt so far.
     pub(crate) fn is_empty(&self) -> bool {
         self.is_empty
+    }
+
+    /// Whether load cells and wrist feel nothing on the hook, whatever its inertia.
+    pub(crate) fn feels_empty(&self) -> bool {
+        self.feels_empty
     }
 
     /// Advances by `h` s and returns the share of the nominal payload to use: 1, or that of an
@@ -107,7 +114,8 @@ impl Weighing {
             self.slope[j] += h * self.time * (self.impulse[j] - momentum);
         }
         let part = if self.is_empty { STAYS } else { 1.0 } * EMPTY;
-        self.is_empty = share < part && self.mass(hook) < part && !self.holds_moment(hook);
+        self.feels_empty = self.mass(hook) < part && !self.holds_moment(hook);
+        self.is_empty = share < part && self.feels_empty;
         if self.is_empty { NOTHING } else { 1.0 }
     }
 

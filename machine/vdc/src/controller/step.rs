@@ -216,7 +216,7 @@ impl Controller {
     }
 }
 
-/// Time after the start within which an empty hook is found, s; what moves before does not count.
+/// Time after the start within which an empty hook sets off, s; what moves before does not count.
 const SETS_OFF: f64 = 0.1;
 
 /// Advances the supervisor by `h` s, and applies a new stage to the rest of the state.
@@ -235,8 +235,10 @@ fn supervise(
         supervisor.average_commands(&now.output.tau_wrist, &now.output.i_q_required, h);
     }
     let tripped = (input.tripped.iter().any(|tripped| *tripped)).then_some(Cause::Tripped);
-    // An empty hook sets off with the moment of the nominal payload, until it is found empty.
-    let sets_off = now.weighs() && state.t - state.t_start < SETS_OFF;
+    // An empty hook sets off with the moment of the nominal payload, until it is found empty; the
+    // lighter the payload, the later.
+    let sets_off =
+        now.weighs() && (state.t - state.t_start < SETS_OFF || state.bodies.feels_empty_hook());
     if sets_off {
         supervisor.forget_swings();
     }
