@@ -105,6 +105,14 @@ def test_a_machine_for_light_loads_is_kept_with_an_empty_hook(tmp_path, mass):
     assert done.returncode == 0 and "real world, hook empty: tip error RMSE 0." in done.stdout, done.stdout
 
 
+@pytest.mark.parametrize("gear", [8, 11])
+def test_a_crane_whose_slew_has_little_force_is_kept(tmp_path, gear):
+    """Its motor sticks by more than a quarter of what the rated force asks for; that is no brake that drags."""
+    own = {"extends": "hiab_xs031", "emla": {"N_gear": gear, "rho": 0.0098}, "trajectories": {"triangular": {"edge_time": 6}}}
+    done = call("hdrm-fmu", "machine", "check", write(tmp_path / "crane.json", own))
+    assert done.returncode == 0 and done.stdout.count("real world, hook") >= 2, done.stdout
+
+
 def test_a_path_too_fast_for_the_gears_is_refused_with_the_reason(tmp_path):
     done = call("hdrm-fmu", "machine", "check", geared(tmp_path / "fast.json", 10, 8))
     assert done.returncode == 1 and "motor speed of emla_2: up to" in done.stdout and "is too fast for motors" in done.stdout, done.stdout
