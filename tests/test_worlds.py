@@ -216,8 +216,8 @@ def test_the_machine_rests_before_a_path(fmu_dir, tmp_path):
 
 
 def test_weighing_makes_no_payload_worse(fmu_dir, tmp_path):
-    """A light payload far off and full ones that sag: never worse than without weighing; two are stopped either way, one that swings and one
-    whose wrist runs away. An empty hook: kept instead of stopped."""
+    """A light payload far off and full ones that sag: never worse than without weighing; one whose wrist runs away is stopped either way, and
+    a light one that swings is kept instead. An empty hook: kept instead of stopped."""
     shifts = [option for shift in ("0,0,0", "0,-0.25,0", "0,0,0.5") for option in ("--shift", shift)]
     payloads = [option for payload in (0, 20, 300) for option in ("--payload", payload)]
     options = [*payloads, *shifts, "--csv", tmp_path / "w.csv", "--check"]
@@ -229,8 +229,9 @@ def test_weighing_makes_no_payload_worse(fmu_dir, tmp_path):
         if mass == "0":
             assert (fate, without) == ("kept", "stopped") and float(error) < 2e-4, rows
         else:
-            assert fate == without and (fate == "stopped" or float(error) < 1.1 * float(before)), rows
-    assert [row[4] for row in rows].count("kept") >= 7, rows
+            assert fate == "kept" or without == "stopped", rows
+            assert without == "stopped" or float(error) < 1.1 * float(before), rows
+    assert [row[4] for row in rows].count("kept") >= 8, rows
 
 
 def test_a_tournament_goes_on_where_it_was_interrupted(fmu_dir, tmp_path):

@@ -2,7 +2,7 @@
 //! tick of a clock, which a model gets.
 
 use super::error::ModelError;
-use super::step::shown;
+use super::message::shown;
 
 /// A tick of a clock.
 #[derive(Clone, Copy, Debug, PartialEq)]

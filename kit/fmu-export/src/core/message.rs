@@ -40,3 +40,11 @@ impl Message {
         Self { kind, text }
     }
 }
+
+/// A time as messages show it, s: without the rest of a rounding error, where that is below a
+/// billionth of itself.
+pub(crate) fn shown(t: f64) -> f64 {
+    let rounded = (t * 1e9).round() / 1e9;
+    let is_rest = (rounded - t).abs() <= 1e-9 * t.abs();
+    if is_rest { rounded } else { t }
+}

@@ -7,10 +7,9 @@
 
 use super::fault::{Fault, refuse};
 use super::instance::Instance;
-use super::message::Kind;
+use super::message::{Kind, shown};
 use super::phase::Phase;
 use super::state::State;
-use super::step::shown;
 use crate::Model;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -6,9 +6,9 @@ use super::continuous::Continuous;
 use super::error::ModelError;
 use super::event::{self, Event};
 use super::input::InputPolynomial;
+use super::message::shown;
 use super::model::{Evaluation, zero};
 use super::solver_workspace::{Scratch, SolverWorkspace};
-use super::step::shown;
 use super::step_end::StepEnd;
 use fmu_solver::{Failure, Solver, System};
 

@@ -4,6 +4,7 @@ use super::fault::Fault;
 use super::input::InputPolynomial;
 use super::instance::{Instance, collect_log, collect_messages, set_log_filter};
 use super::layout::Layout;
+use super::message::shown;
 use super::step_end::StepEnd;
 use super::storage::Storage;
 use super::value::{Value, allowed};
@@ -19,14 +20,6 @@ pub(crate) struct CompletedStep {
     /// Whether an event occurred in the step.
     pub(crate) event: bool,
     pub(crate) terminate: bool,
-}
-
-/// A time as messages show it, s: without the rest of a rounding error, where that is below a
-/// billionth of itself.
-pub(crate) fn shown(t: f64) -> f64 {
-    let rounded = (t * 1e9).round() / 1e9;
-    let is_rest = (rounded - t).abs() <= 1e-9 * t.abs();
-    if is_rest { rounded } else { t }
 }
 
 /// Refuses inputs whose derivatives would lead them out of their bounds within the step.

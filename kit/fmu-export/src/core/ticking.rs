@@ -5,9 +5,10 @@ use super::clock_state::Qualifier;
 use super::event::MOST_ITERATIONS;
 use super::fault::{Fault, refuse};
 use super::instance::{Instance, collect_log, collect_messages, set_log_filter};
+use super::message::shown;
 use super::model::Timing;
 use super::model_exchange::EventOutcome;
-use super::step::{CompletedStep, shown};
+use super::step::CompletedStep;
 use crate::{Event, Model, ModelError};
 
 impl<M: Model> Instance<M> {

@@ -7,8 +7,9 @@ use crate::Model;
 use crate::c_api::call_order::{self, *};
 use crate::c_api::fmi_instance::{self, Version};
 use crate::core::fault::Fault;
+use crate::core::message::shown;
 use crate::core::phase::Phase;
-use crate::core::step::{CompletedStep, shown};
+use crate::core::step::CompletedStep;
 use crate::core::storage::TypeNames;
 
 /// The data that FMI 2.0 adds to an instance.
