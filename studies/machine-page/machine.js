@@ -110,6 +110,7 @@ class LivePage extends Page {
 
   picture() {
     this.scene = new LiveScene(element("stage"), this.data, (...push) => this.push(...push), (point) => this.addWaypoint(point));
+    // Unseen, so that the graphics' programs are compiled when the machine begins to move.
     this.scene.draw(performance.now(), false);
   }
 
