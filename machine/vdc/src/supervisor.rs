@@ -45,7 +45,7 @@ const LOWERED: f64 = 0.5;
 /// Time in which the joints are stopped, s.
 const RAMP: f64 = 0.5;
 /// Closing time of a brake, during which the gates stay on, s.
-const CLOSING: f64 = 0.05;
+pub(crate) const CLOSING: f64 = 0.05;
 /// Time of overload after which the machine is stopped, s.
 const OVERLOADED: f64 = 0.2;
 
@@ -107,7 +107,8 @@ pub(crate) struct Supervisor {
     errors: [[Swing; 2]; 3],
     /// Mean torques of the wrist joints, N·m; None before the first.
     wrist: Option<[f64; 3]>,
-    /// Mean required currents of the rods, A; None before the first.
+    /// Mean currents of the rods that hold their loads and stop their motors while a brake closes, A; None
+    /// before the first.
     currents: Option<[f64; 3]>,
     /// The joints' reference from [`Stage::Stopping`] on.
     motion: Motion,
@@ -272,7 +273,8 @@ impl Supervisor {
     /// first cause for alarm.
     pub(crate) fn monitor(&mut self, at: &Moment) -> Option<Cause> {
         if self.stage < Stage::Braking && !at.input.supply_missing {
-            return self.monitors.advance(at);
+            let swings = self.stage >= Stage::Lowered;
+            return self.monitors.advance(at, swings);
         }
         if self.stage == Stage::Stopped {
             self.monitors = Monitors::default();
@@ -292,7 +294,7 @@ impl Supervisor {
         }
     }
 
-    /// Currents that hold the rods while their brakes close, A, whatever sensors say; None unless
+    /// Currents that hold and stop the rods while their brakes close, A, whatever sensors say; None unless
     /// they close for a stop.
     pub(crate) fn holding_currents(&self) -> Option<[f64; 3]> {
         let is_closing = self.stage == Stage::Braking && !self.releases;

@@ -13,8 +13,9 @@ use crate::reference::{Motion, Reference, Target, feedback_at_rest};
 use crate::settings::{Level, Settings};
 use crate::signals::Input;
 use crate::state::State;
-use crate::supervisor::{Cause, Moment, Observed, Stage};
+use crate::supervisor::{CLOSING, Cause, Moment, Observed, Stage};
 use crate::tracking::at_joints;
+use emla::maps;
 
 impl Controller {
     /// Advances from the communication point `t` by `h`, both s, with the measurements held; `now`
@@ -219,6 +220,20 @@ impl Controller {
 /// Time after the start within which an empty hook sets off, s; what moves before does not count.
 const SETS_OFF: f64 = 0.1;
 
+/// Current of rod `i` that holds its load and takes its motor's momentum while the brake closes, A:
+/// ```text
+/// i_qr − J w_m/(T k_t)
+/// ```
+/// A speed beyond the rated one is a sensor's.
+fn closing_current(nominal: &Nominal, i: usize, i_qr: f64, input: &Input) -> f64 {
+    let p = nominal.parameters()[i];
+    let travel = maps::travel_per_radian(p);
+    let largest = nominal.ratings[i][1] / travel;
+    let momentum = maps::inertia(p, 1.0) * input.w_m[i].clamp(-largest, largest);
+    let per_current = maps::beta_1(p, 0.0) * travel;
+    (i_qr - momentum / (CLOSING * per_current)).clamp(-p.i_max, p.i_max)
+}
+
 /// Advances the supervisor by `h` s, and applies a new stage to the rest of the state.
 fn supervise(
     nominal: &Nominal,
@@ -232,7 +247,9 @@ fn supervise(
     let (supervisor, ratings) = (&mut state.supervisor, &nominal.ratings);
     let before = supervisor.stage();
     if before < Stage::Braking {
-        supervisor.average_commands(&now.output.tau_wrist, &now.output.i_q_required, h);
+        let currents =
+            std::array::from_fn(|i| closing_current(nominal, i, now.output.i_q_required[i], input));
+        supervisor.average_commands(&now.output.tau_wrist, &currents, h);
     }
     let tripped = (input.tripped.iter().any(|tripped| *tripped)).then_some(Cause::Tripped);
     // An empty hook sets off with the moment of the nominal payload, until it is found empty; the
@@ -293,5 +310,33 @@ fn supervise(
     }
     if stage >= Stage::Braking {
         state.supervisor.brake_at(&input.zeta);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use emla::Surrogate;
+    use machine_file::Machine;
+
+    /// The current beyond that of the load stops the motor within the 50 ms; the speed of a sensor that
+    /// failed counts as the rated one, and the drive's largest current is not exceeded.
+    #[test]
+    fn a_closing_brake_is_helped_by_its_drive() {
+        let nominal = Nominal::new(&Machine::reference(), &Surrogate::reference()).expect("valid");
+        let p = nominal.parameters()[1];
+        let current = |i_qr: f64, w_m: f64| {
+            let input = Input {
+                w_m: [0.0, w_m, 0.0],
+                ..Input::default()
+            };
+            closing_current(&nominal, 1, i_qr, &input)
+        };
+        assert_eq!(current(12.0, 0.0), 12.0);
+        let torque = maps::torque(p, 0.0, 12.0 - current(12.0, 20.0));
+        let slowed = torque / maps::inertia(p, 1.0) * CLOSING;
+        assert!((slowed - 20.0).abs() < 1e-12, "{slowed}");
+        assert_eq!(current(12.0, 1e6), current(12.0, 1e9));
+        assert_eq!(current(-99.0, 150.0), -p.i_max);
     }
 }

@@ -70,6 +70,12 @@ const LONGER: f64 = 3.0;
 const STANDS: f64 = 0.06;
 const UNMOVED: [f64; DOF] = [0.003, 0.003, 0.003, 0.012, 0.003, 0.03];
 const SHOWN: [f64; 2] = [1.0, 100.0];
+/// Part of that least motion below which a stand shows that a joint rests, not how it sticks; and the multiple
+/// of that motion for which only the other stands count, each as if it were as much shorter.
+const RESTS: f64 = 0.1;
+const CERTAIN: f64 = 2.0;
+/// Time for which no joint stands while a rod swings, s: two periods of the slowest mode.
+const SWUNG: f64 = 0.6;
 /// Changes by which a noisy reading is known, the repeats that it may have between them by chance, and
 /// those that it then may have because readings are lost.
 const NOISY: u32 = 200;
@@ -89,13 +95,21 @@ const SMOOTHED: f64 = 50.0;
 /// Current that errors of sensor and regulator explain, over the largest.
 const CURRENT: f64 = 0.05;
 /// Rate of a wrist joint over the largest that is commanded: of one that finds its balance, and
-/// later beyond the wanted one. The last has the least inertia, and jumps when it no longer sticks.
+/// later beyond the wanted one: 0.53 for joints that stick at their turn. The last has the least inertia,
+/// and jumps when it no longer sticks.
 const UNSETTLED: f64 = 4.0;
-const RUNAWAY: [f64; 3] = [1.5, 1.5, 2.5];
+const RUNAWAY: [f64; 3] = [0.7, 0.7, 2.5];
 /// Acceleration of a wrist joint that is faster than any command, rad/s², and the shortest step that
-/// shows it, s: the largest torques give an empty hook 500.
+/// shows it, s: the largest torques give an empty hook 500 to 1000.
 const JUMPS: f64 = 300.0;
 const SHORTEST: f64 = 1e-3;
+/// By what a wrist joint's rate from two angles exceeds its filtered one when its drive sets off, rad/s, and
+/// the multiple of what it has shown so far: less may be noise or a coarse encoder, more than the last is an
+/// encoder that jumps. After a lost reading it is up to 2.4 times the rate, in a longer step, and never turned
+/// against it; several may be lost of a joint that creeps, rad/s.
+const AHEAD: (f64, f64, f64) = (0.2, 2.0, 2.0);
+const LOST: f64 = 2.0;
+const CREEPS: f64 = 0.05;
 /// Acceleration of a rod or its motor that only a sensor tells, over the rated speed, 1/s: machines of
 /// the strict world have 40.
 const SPEED_JUMPS: f64 = 200.0;
@@ -181,17 +195,23 @@ struct Encoder {
     /// forgetting time, rad: now, and at most before.
     stands: [f64; 2],
     most: [f64; 2],
+    /// The longest time for which it has stood with wanted motion, s.
+    stuck: f64,
 }
 
 impl Encoder {
-    /// Adds the reading after a step of `h` s, in which its joint was to move at `rate`, rad/s, and a
-    /// share `forgets` is forgotten; the size of the unseen motion.
-    fn add(&mut self, angle: f64, rate: f64, h: f64, forgets: f64) -> f64 {
+    /// Adds the reading after a step of `h` s, in which its joint was to move at `rate`, rad/s; the size of
+    /// the unseen motion. `unmoved` is the least motion of a stand that may be a fault, rad.
+    fn add(&mut self, angle: f64, rate: f64, unmoved: f64, h: f64) -> f64 {
         if angle == self.angle {
             self.stands[0] += h;
-            self.stands[1] += h * rate - forgets * self.stands[1];
+            self.stands[1] += h * rate - share(h / FORGETS) * self.stands[1];
         } else {
-            self.most = std::array::from_fn(|k| self.most[k].max(self.stands[k].abs()));
+            let [time, motion] = self.stands.map(f64::abs);
+            self.most = [self.most[0].max(time), self.most[1].max(motion)];
+            if motion > RESTS * unmoved {
+                self.stuck = self.stuck.max(time);
+            }
             (self.angle, self.stands) = (angle, [0.0; 2]);
         }
         self.stands[1].abs()
@@ -200,11 +220,14 @@ impl Encoder {
     /// Whether it stands as it has not done before in a machine that was watched for a time, s, with
     /// more wanted motion than `unmoved`, rad.
     fn is_stale(&self, looked: f64, unmoved: f64) -> bool {
-        let [time, longest] = [self.stands[0], self.most[0]];
-        let has_shown = looked - time > SHOWN[0] && looked > SHOWN[1] * longest;
-        has_shown
-            && (0..2)
-                .all(|k| self.stands[k].abs() > [STANDS, unmoved][k].max(LONGER * self.most[k]))
+        let ([time, motion], [longest, most]) = (self.stands.map(f64::abs), self.most);
+        let is_new = |longest: f64, unmoved: f64| {
+            time > STANDS.max(LONGER * longest)
+                && motion > unmoved.max(LONGER * most)
+                && looked > SHOWN[1] * longest
+        };
+        let sticks = is_new(longest, unmoved) || is_new(self.stuck / CERTAIN, CERTAIN * unmoved);
+        sticks && looked - time > SHOWN[0]
     }
 }
 
@@ -272,16 +295,16 @@ pub(crate) struct Monitors {
     disobeys: [Alarm; 3],
     /// Currents commanded in the step before, A.
     commanded: [f64; 3],
-    /// Rates of the wrist in the step before; smoothed; and their smoothed differences from the wanted
-    /// ones, rad/s.
-    wrist: [[f64; 3]; 3],
+    /// Rates of the wrist in the step before; smoothed; their smoothed differences from the wanted ones; and
+    /// the largest ones from the rates of two angles, rad/s.
+    wrist: [[f64; 4]; 3],
     /// Drives of rods and wrist that do not do what they are told.
     pub(super) erring: [bool; DOF],
 }
 
 impl Monitors {
-    /// Advances by a step; the first cause for alarm.
-    pub(crate) fn advance(&mut self, at: &Moment) -> Option<Cause> {
+    /// Advances by a step, in which a rod swings or not; the first cause for alarm.
+    pub(crate) fn advance(&mut self, at: &Moment, swings: bool) -> Option<Cause> {
         if !self.has_begun {
             self.begin(at);
         }
@@ -290,9 +313,9 @@ impl Monitors {
             (Cause::Current, self.currents(at)),
             (Cause::JointRate, self.angles(at)),
             (Cause::JointEncoder, self.rods(at)),
-            (Cause::Stale, self.stale(at)),
-            (Cause::Torque, self.torques(at)),
             (Cause::WristRate, self.wrist_runs_away(at)),
+            (Cause::Stale, self.stale(at, swings)),
+            (Cause::Torque, self.torques(at)),
             (Cause::Following, self.following(at)),
         ];
         let first = alarms.into_iter().find(|(_, is_on)| *is_on);
@@ -320,7 +343,7 @@ impl Monitors {
                 ..Encoder::default()
             }),
             commanded: now.i_q_required,
-            wrist: std::array::from_fn(|j| [input.zeta_dot[3 + j], 0.0, 0.0]),
+            wrist: std::array::from_fn(|j| [input.zeta_dot[3 + j], 0.0, 0.0, 0.0]),
             factors: [1.0; 3],
             torques: std::array::from_fn(|i| {
                 maps::inertia(nominal.parameters()[i], 1.0) * input.w_m[i]
@@ -420,17 +443,18 @@ impl Monitors {
     }
 
     /// Encoders that show no motion, and readings without their noise. Where all noise of an axis is gone,
-    /// it has none.
-    fn stale(&mut self, at: &Moment) -> bool {
+    /// it has none. A rod that swings moves all joints.
+    fn stale(&mut self, at: &Moment, swings: bool) -> bool {
         let (now, input, h) = (at.now, at.input, at.h);
-        let (mut is_on, forgets) = (false, share(h / FORGETS));
+        let mut is_on = false;
         let motors = input.theta_m.into_iter().flatten();
         let readings = input.zeta.into_iter().chain(motors);
         for (k, (encoder, angle)) in self.encoders.iter_mut().zip(readings).enumerate() {
             let j = k % DOF;
             let bound = if k < DOF { UNSEEN[j] } else { f64::INFINITY };
-            let unseen = encoder.add(angle, now.zeta_dot_r[j], h, forgets);
+            let unseen = encoder.add(angle, now.zeta_dot_r[j], UNMOVED[j], h);
             is_on |= unseen > bound || encoder.is_stale(self.looked, UNMOVED[j]);
+            is_on |= swings && k < DOF && encoder.stands[0] > SWUNG.max(LONGER * encoder.most[0]);
         }
         for (i, noisy) in self.noisy.iter_mut().enumerate() {
             let readings = [input.i_d[i], input.i_q[i], input.F[i]];
@@ -503,16 +527,26 @@ impl Monitors {
         let (now, settings, input, h) = (at.now, at.settings, at.input, at.h);
         let (limits, reached) = (RateLimits::default().joint, share(h * SMOOTHED));
         let is_settled = self.settled >= removes(settings);
+        let is_looked = self.looked > SHOWN[0];
         let mut is_on = false;
-        for (j, [before, rate, smoothed]) in (3..DOF).zip(&mut self.wrist) {
-            let jump = input.zeta_dot[j] - *before;
-            let more = input.zeta_dot[j] - now.zeta_dot_r[j];
-            *before = input.zeta_dot[j];
-            *rate += reached * (input.zeta_dot[j] - *rate);
+        for (j, [before, rate, smoothed, shown]) in (3..DOF).zip(&mut self.wrist) {
+            let (encoder, now_rate) = (&self.encoders[j], input.zeta_dot[j]);
+            let more = now_rate - now.zeta_dot_r[j];
+            let step = h.max(SHORTEST);
+            let jumps = (now_rate - *before).abs() > JUMPS * step && more.abs() > limits[j];
+            // The angle shows it earlier, unless readings of a moving joint were lost before.
+            let is_whole = encoder.stands[0] == 0.0 || before.abs() < CREEPS;
+            let by_angles = (input.zeta[j] - encoder.angle) / step;
+            let starts = is_whole && is_looked && is_ahead(by_angles, now_rate, *shown);
+            if is_whole && self.looked > h {
+                *shown = shown.max((by_angles - now_rate).abs());
+            }
+            *before = now_rate;
+            *rate += reached * (now_rate - *rate);
             *smoothed += reached * (more - *smoothed);
-            let sets_off = jump.abs() > JUMPS * h.max(SHORTEST) && more.abs() > limits[j];
-            self.erring[j] |= rate.abs() > UNSETTLED * limits[j]
-                || is_settled && (sets_off || smoothed.abs() > RUNAWAY[j - 3] * limits[j]);
+            let runs_away = smoothed.abs() > RUNAWAY[j - 3] * limits[j];
+            self.erring[j] |=
+                rate.abs() > UNSETTLED * limits[j] || is_settled && (jumps || starts || runs_away);
             is_on |= self.erring[j];
         }
         is_on
@@ -522,6 +556,15 @@ impl Monitors {
 /// Time in which the law's integral removes an error, s.
 fn removes(settings: &Settings) -> f64 {
     REMOVED / settings.gains.omega_tip.max(1e-3)
+}
+
+/// Whether the rate of a wrist joint by two angles says that its drive sets off while the filtered `rate`
+/// does not show it yet; `shown` is the largest difference so far, all rad/s.
+fn is_ahead(by_angles: f64, rate: f64, shown: f64) -> bool {
+    let is_turned = by_angles * rate < 0.0;
+    let lost = if is_turned { 0.0 } else { LOST * rate.abs() };
+    let (least, multiple, most) = AHEAD;
+    (least.max(lost).max(multiple * shown)..most).contains(&(by_angles - rate).abs())
 }
 
 fn length(of: [f64; 3]) -> f64 {
