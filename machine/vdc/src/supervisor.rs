@@ -273,7 +273,7 @@ impl Supervisor {
     /// first cause for alarm.
     pub(crate) fn monitor(&mut self, at: &Moment) -> Option<Cause> {
         if self.stage < Stage::Braking && !at.input.supply_missing {
-            let swings = self.stage >= Stage::Lowered;
+            let swings = self.swings && self.stage >= Stage::Lowered;
             return self.monitors.advance(at, swings);
         }
         if self.stage == Stage::Stopped {

@@ -303,7 +303,7 @@ pub(crate) struct Monitors {
 }
 
 impl Monitors {
-    /// Advances by a step, in which a rod swings or not; the first cause for alarm.
+    /// Advances by a step; the first cause for alarm. `swings`: a rod does, although gains are lowered.
     pub(crate) fn advance(&mut self, at: &Moment, swings: bool) -> Option<Cause> {
         if !self.has_begun {
             self.begin(at);
@@ -328,6 +328,8 @@ impl Monitors {
             has_begun: true,
             error: now.tip_error,
             orientation_error: now.orientation_error,
+            // As if it had been compared before: a filter's angle lags by its time times its rate.
+            angles: input.zeta_dot.map(|rate| [LAG * rate; COMPARED.len()]),
             speeds: std::array::from_fn(|i| at.rod_speeds(i)),
             ways: input.F.map(|force| {
                 [Way {
