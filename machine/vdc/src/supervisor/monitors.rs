@@ -95,10 +95,11 @@ const SMOOTHED: f64 = 50.0;
 /// Current that errors of sensor and regulator explain, over the largest.
 const CURRENT: f64 = 0.05;
 /// Rate of a wrist joint over the largest that is commanded: of one that finds its balance, and
-/// later beyond the wanted one: 0.53 for joints that stick at their turn. The last has the least inertia,
-/// and jumps when it no longer sticks.
+/// later beyond the wanted one: 0.53 for joints that stick at their turn, more for one that yields, as the tip
+/// stands on something. The last has the least inertia, and jumps when it no longer sticks.
 const UNSETTLED: f64 = 4.0;
 const RUNAWAY: [f64; 3] = [0.7, 0.7, 2.5];
+const YIELDS: f64 = 1.5;
 /// Acceleration of a wrist joint that is faster than any command, rad/s², and the shortest step that
 /// shows it, s: the largest torques give an empty hook 500 to 1000.
 const JUMPS: f64 = 300.0;
@@ -370,12 +371,7 @@ impl Monitors {
         // Without a model the error is that of the load, and the law has no bound for it.
         let has_model = settings.mode.law().knows_actuators();
         let removes = removes(settings);
-        let is_pushed = || {
-            let slowest = self.ways.iter().map(|ways| ways[COMPARED.len() - 1].force);
-            let mut rods = slowest.zip(at.input.F).zip(&at.nominal.ratings);
-            rods.any(|((before, force), rated)| (force - before).abs() > PUSHED * rated[0])
-        };
-        if now.waits[0] || now.waits[1] && is_pushed() {
+        if now.waits[0] || now.waits[1] && self.is_pushed(at) {
             self.settled = 0.0;
         }
         if self.settled < removes {
@@ -389,6 +385,13 @@ impl Monitors {
         let lasts = self.following[1].add(error, LASTING, removes, h);
         let is_far = self.following[0].add(error, 1.0, LASTS, h);
         jumps || has_model && (is_far || lasts)
+    }
+
+    /// Whether a rod's force shows that the tip stands on something.
+    fn is_pushed(&self, at: &Moment) -> bool {
+        let slowest = self.ways.iter().map(|ways| ways[COMPARED.len() - 1].force);
+        let mut rods = slowest.zip(at.input.F).zip(&at.nominal.ratings);
+        rods.any(|((before, force), rated)| (force - before).abs() > PUSHED * rated[0])
     }
 
     /// Angles compared with their integrated rates.
@@ -530,6 +533,7 @@ impl Monitors {
         let (limits, reached) = (RateLimits::default().joint, share(h * SMOOTHED));
         let is_settled = self.settled >= removes(settings);
         let is_looked = self.looked > SHOWN[0];
+        let yields = if self.is_pushed(at) { YIELDS } else { 0.0 };
         let mut is_on = false;
         for (j, [before, rate, smoothed, shown]) in (3..DOF).zip(&mut self.wrist) {
             let (encoder, now_rate) = (&self.encoders[j], input.zeta_dot[j]);
@@ -546,7 +550,7 @@ impl Monitors {
             *before = now_rate;
             *rate += reached * (now_rate - *rate);
             *smoothed += reached * (more - *smoothed);
-            let runs_away = smoothed.abs() > RUNAWAY[j - 3] * limits[j];
+            let runs_away = smoothed.abs() > RUNAWAY[j - 3].max(yields) * limits[j];
             self.erring[j] |=
                 rate.abs() > UNSETTLED * limits[j] || is_settled && (jumps || starts || runs_away);
             is_on |= self.erring[j];
