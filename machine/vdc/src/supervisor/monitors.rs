@@ -36,7 +36,7 @@ const SETTLED: f64 = 0.08;
 const REMOVED: f64 = 3.0;
 /// Change of a rod's force over the longest time of [`COMPARED`], over the rated force, by which a
 /// wrist that does not follow stands on something.
-const PUSHED: f64 = 0.25;
+const PUSHED: f64 = 0.35;
 /// Time for which a difference must last, s: readings may be lost or late.
 const LASTS: f64 = 0.01;
 /// Multiple of a bound beyond which a difference of positions need not last.
