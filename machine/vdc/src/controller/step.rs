@@ -227,10 +227,9 @@ const SETS_OFF: f64 = 0.1;
 /// A speed beyond the rated one is a sensor's.
 fn closing_current(nominal: &Nominal, i: usize, i_qr: f64, input: &Input) -> f64 {
     let p = nominal.parameters()[i];
-    let travel = maps::travel_per_radian(p);
-    let largest = nominal.ratings[i][1] / travel;
+    let largest = nominal.ratings[i][1] / maps::travel_per_radian(p);
     let momentum = maps::inertia(p, 1.0) * input.w_m[i].clamp(-largest, largest);
-    let per_current = maps::beta_1(p, 0.0) * travel;
+    let per_current = maps::torque(p, 0.0, 1.0);
     (i_qr - momentum / (CLOSING * per_current)).clamp(-p.i_max, p.i_max)
 }
 

@@ -16,6 +16,8 @@
 //! Differences of positions are those of rates, integrated with the forgetting times of [`COMPARED`]: so
 //! zero errors and a gain error of the geometry do not count.
 
+mod repeats;
+
 use super::cause::Cause;
 use crate::nominal::Nominal;
 use crate::reference::RateLimits;
@@ -23,6 +25,7 @@ use crate::settings::Settings;
 use crate::signals::Input;
 use emla::maps;
 use hdrm::DOF;
+use repeats::Repeats;
 use serde::{Deserialize, Serialize};
 
 /// Time over which motion that no encoder shows is integrated, s.
@@ -76,11 +79,6 @@ const RESTS: f64 = 0.1;
 const CERTAIN: f64 = 2.0;
 /// Time for which no joint stands while a rod swings, s: two periods of the slowest mode.
 const SWUNG: f64 = 0.6;
-/// Changes by which a noisy reading is known, the repeats that it may have between them by chance, and
-/// those that it then may have because readings are lost.
-const NOISY: u32 = 200;
-const FEW: u32 = 10;
-const REPEATS: u32 = 50;
 /// Torque that friction explains: over that of the rated force, and over the motor's Coulomb friction.
 /// A slew of little force sticks by motor, gear, screw and seals, in all by 3.2 times the latter.
 const UNEXPLAINED: f64 = 0.25;
@@ -232,34 +230,16 @@ impl Encoder {
     }
 }
 
-/// Whether a reading that used to change repeats.
+/// Rates of a wrist joint, rad/s.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct Repeats {
-    last: f64,
-    changes: u32,
-    repeats: u32,
-}
-
-impl Repeats {
-    /// Adds a reading; true while it changes as noise does.
-    fn add(&mut self, reading: f64) -> bool {
-        if reading == self.last {
-            self.repeats += 1;
-        } else {
-            self.changes = if self.repeats > FEW {
-                0
-            } else {
-                self.changes.saturating_add(1)
-            };
-            self.repeats = 0;
-        }
-        self.last = reading;
-        self.repeats == 0
-    }
-
-    fn is_stale(&self) -> bool {
-        self.changes >= NOISY && self.repeats >= REPEATS
-    }
+struct WristRates {
+    /// In the step before.
+    before: f64,
+    smoothed: f64,
+    /// What it had more than was wanted, smoothed.
+    more: f64,
+    /// By what the rate of two angles differed from it at most.
+    ahead: f64,
 }
 
 /// States of all monitors.
@@ -296,9 +276,7 @@ pub(crate) struct Monitors {
     disobeys: [Alarm; 3],
     /// Currents commanded in the step before, A.
     commanded: [f64; 3],
-    /// Rates of the wrist in the step before; smoothed; their smoothed differences from the wanted ones; and
-    /// the largest ones from the rates of two angles, rad/s.
-    wrist: [[f64; 4]; 3],
+    wrist: [WristRates; 3],
     /// Drives of rods and wrist that do not do what they are told.
     pub(super) erring: [bool; DOF],
 }
@@ -346,7 +324,10 @@ impl Monitors {
                 ..Encoder::default()
             }),
             commanded: now.i_q_required,
-            wrist: std::array::from_fn(|j| [input.zeta_dot[3 + j], 0.0, 0.0, 0.0]),
+            wrist: std::array::from_fn(|j| WristRates {
+                before: input.zeta_dot[3 + j],
+                ..WristRates::default()
+            }),
             factors: [1.0; 3],
             torques: std::array::from_fn(|i| {
                 maps::inertia(nominal.parameters()[i], 1.0) * input.w_m[i]
@@ -465,7 +446,7 @@ impl Monitors {
             let readings = [input.i_d[i], input.i_q[i], input.F[i]];
             let (mut is_noisy, mut is_stale) = (false, false);
             for (repeats, reading) in noisy.iter_mut().zip(readings) {
-                is_noisy |= repeats.add(reading) && repeats.changes >= NOISY;
+                is_noisy |= repeats.add(reading);
                 is_stale |= repeats.is_stale();
             }
             is_on |= is_noisy && is_stale;
@@ -535,24 +516,24 @@ impl Monitors {
         let is_looked = self.looked > SHOWN[0];
         let yields = if self.is_pushed(at) { YIELDS } else { 0.0 };
         let mut is_on = false;
-        for (j, [before, rate, smoothed, shown]) in (3..DOF).zip(&mut self.wrist) {
-            let (encoder, now_rate) = (&self.encoders[j], input.zeta_dot[j]);
-            let more = now_rate - now.zeta_dot_r[j];
+        for (j, rates) in (3..DOF).zip(&mut self.wrist) {
+            let (encoder, rate, limit) = (&self.encoders[j], input.zeta_dot[j], limits[j]);
+            let more = rate - now.zeta_dot_r[j];
             let step = h.max(SHORTEST);
-            let jumps = (now_rate - *before).abs() > JUMPS * step && more.abs() > limits[j];
+            let jumps = (rate - rates.before).abs() > JUMPS * step && more.abs() > limit;
             // The angle shows it earlier, unless readings of a moving joint were lost before.
-            let is_whole = encoder.stands[0] == 0.0 || before.abs() < CREEPS;
+            let is_whole = encoder.stands[0] == 0.0 || rates.before.abs() < CREEPS;
             let by_angles = (input.zeta[j] - encoder.angle) / step;
-            let starts = is_whole && is_looked && is_ahead(by_angles, now_rate, *shown);
+            let starts = is_whole && is_looked && is_ahead(by_angles, rate, rates.ahead);
             if is_whole && self.looked > h {
-                *shown = shown.max((by_angles - now_rate).abs());
+                rates.ahead = rates.ahead.max((by_angles - rate).abs());
             }
-            *before = now_rate;
-            *rate += reached * (now_rate - *rate);
-            *smoothed += reached * (more - *smoothed);
-            let runs_away = smoothed.abs() > RUNAWAY[j - 3].max(yields) * limits[j];
-            self.erring[j] |=
-                rate.abs() > UNSETTLED * limits[j] || is_settled && (jumps || starts || runs_away);
+            rates.before = rate;
+            rates.smoothed += reached * (rate - rates.smoothed);
+            rates.more += reached * (more - rates.more);
+            let runs_away = rates.more.abs() > RUNAWAY[j - 3].max(yields) * limit;
+            self.erring[j] |= rates.smoothed.abs() > UNSETTLED * limit
+                || is_settled && (jumps || starts || runs_away);
             is_on |= self.erring[j];
         }
         is_on
