@@ -25,8 +25,9 @@ use super::step_calls::{FailedCall, StepCalls, StepsDone};
 use crate::fmu::Fmu;
 
 /// Most and fewest times that an empty queue is polled before the thread sleeps: the most take some
-/// 50 µs. The number falls while polling is in vain, as on a busy machine.
-const SPINS: [usize; 2] = [2000, 20];
+/// 0.5 ms, as long as one thread may wait while another passes the values of many components. The
+/// number falls while polling is in vain, as on a busy machine.
+const SPINS: [usize; 2] = [20000, 20];
 
 /// Passes the values of a batch.
 pub(super) type Pass = fn(&dyn FmiInstance, &Batch, &mut [f64]) -> Result<()>;
