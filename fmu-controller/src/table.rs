@@ -348,4 +348,6 @@ pub(crate) const VARIABLES: &[V] = &[
     of_supervisor(row!(V, boolean_outputs wrist.brake = wrist_brake, "whether the supervisor applies the wrist's brakes")),
     row!(V, parameters kappa_share in machine.controller, "shares of kappa_KA that act on slew, lift and tilt joint on paths, since their motors have a feedback of their own (K_v); 1: the paper's law")
         .unit("1").tunable().range(0.0..=100.0),
+    gain(row!(V, parameter omega_friction in machine.controller, "rate at which the model-based laws estimate the friction of the wrist, which they then feed forward, and a steady load, on paths; 0: not, the paper's law"))
+        .unit("1/s"),
 ];

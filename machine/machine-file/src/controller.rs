@@ -48,6 +48,10 @@ pub struct Controller {
     /// count, as in the paper.
     #[serde(default)]
     pub omega_speed: f64,
+    /// Rate ω_f at which the friction of the wrist is estimated, 1/s; left out: it is not, as in the
+    /// paper.
+    #[serde(default)]
+    pub omega_friction: f64,
     /// Age of the measurements when they are read, s: they are compared with the reference of then;
     /// left out: none, as in the paper.
     #[serde(default)]
@@ -98,7 +102,7 @@ impl Controller {
         examine! { found, "controller" of self;
             positive: Lambda_position Lambda_orientation Lambda_rod gamma di_qr_filter_time;
             not_negative: settle_time kappa_KA K_i K_f K_v lambda_i omega_i omega_d omega_tip
-                omega_speed leakage reading_age pd_actuator_damping;
+                omega_speed omega_friction leakage reading_age pd_actuator_damping;
         }
         for (i, &d) in self.pd_wrist_damping.iter().enumerate() {
             found.not_negative(format_args!("controller.pd_wrist_damping[{}]", i + 1), d);

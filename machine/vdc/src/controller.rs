@@ -8,7 +8,7 @@ use crate::conditions::Conditions;
 use crate::drive::{Command, DriveState, Reading, RodDemand, VoltageLaw, residual_forces};
 use crate::error::ControllerError;
 use crate::evaluation::{Evaluation, MachineLevel};
-use crate::law::{self, Instant, Rod};
+use crate::law::{self, Instant, Rod, WristFriction};
 use crate::measured::{JointObserver, Sampling, Timing};
 use crate::nominal::Nominal;
 use crate::proof;
@@ -62,6 +62,7 @@ impl Controller {
                 standstill: Standstill::default(),
                 integral: Vector6::zeros(),
                 law_integral: [0.0; DOF],
+                wrist_friction: WristFriction::default(),
                 bodies: Bodies::new(machine, settings.gains.inverse_bounds)?,
                 drives: [0, 1, 2].map(drive),
                 supervisor: Supervisor::new(
@@ -215,7 +216,16 @@ impl Controller {
             shared_momentum,
             law_integral: &state.law_integral,
         };
-        let forces = settings.mode.law().forces(&instant);
+        let law = settings.mode.law();
+        let mut forces = law.forces(&instant);
+        let compensates = law.compensates_friction() && gains.omega_friction > 0.0;
+        if compensates {
+            let share = 1.0 - state.standstill.share();
+            let torques = state
+                .wrist_friction
+                .torques(&required.zeta_dot.into(), share);
+            forces.wrist = std::array::from_fn(|j| forces.wrist[j] + torques[j]);
+        }
         now.errors = tracking.errors;
         if let (Some(z), true) = (z, settings.force_limit > 0.0) {
             let grown = z + tracking.errors.z_dot;
@@ -240,6 +250,8 @@ impl Controller {
         });
         now.machine = Some(MachineLevel {
             weighing,
+            wrist_inertia: compensates
+                .then(|| [3, 4, 5].map(|i| law::whole_inertia(&configuration, &bodies.nominal, i))),
             desired: target.tip,
             rotation_error: tracking.rotation_error,
             tip: tip.position,

@@ -46,6 +46,8 @@ pub(crate) struct MachineLevel {
     pub(crate) tip: Vector3<f64>,
     /// What is expected of the hook, while the payload is weighed.
     pub(crate) weighing: Option<HookModel>,
+    /// Nominal inertias about the wrist joints, kg·m², if their friction is compensated.
+    pub(crate) wrist_inertia: Option<[f64; 3]>,
     /// Required joint rates, rad/s, and accelerations, rad/s².
     pub(crate) zeta_dot_r: [f64; DOF],
     pub(crate) zeta_ddot_r: [f64; DOF],

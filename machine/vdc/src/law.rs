@@ -7,6 +7,7 @@
 mod cascade;
 mod control_law;
 mod decomposition;
+mod friction;
 mod model_based;
 mod observer;
 mod pd;
@@ -16,7 +17,9 @@ mod sliding;
 pub(crate) use control_law::{Instant, Rod};
 pub(crate) use decomposition::{
     BodyMotion, ground, hook_model, motions, own_inertia, shared_momentum, velocity_errors,
+    whole_inertia,
 };
+pub(crate) use friction::{TurningJoint, WristFriction};
 pub(crate) use reference_bounds::reference_bounds;
 
 use cascade::Cascade;

@@ -2,6 +2,7 @@
 
 use crate::bodies::Bodies;
 use crate::drive::DriveState;
+use crate::law::WristFriction;
 use crate::measured::{JointObserver, Sampling};
 use crate::reference::{Motion, Standstill};
 use crate::supervisor::Supervisor;
@@ -24,6 +25,7 @@ pub(crate) struct State {
     pub(crate) integral: Vector6<f64>,
     /// Integral of the control law for each joint.
     pub(crate) law_integral: [f64; DOF],
+    pub(crate) wrist_friction: WristFriction,
     pub(crate) bodies: Bodies,
     pub(crate) drives: [DriveState; 3],
     pub(crate) supervisor: Supervisor,

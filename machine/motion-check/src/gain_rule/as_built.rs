@@ -22,6 +22,8 @@ const OBSERVER: f64 = 60.0;
 /// `K_A` = `kappa_KA` × inertia.
 const WRIST: f64 = 20.0;
 const TURN: f64 = 5.0;
+/// Rate at which the wrist's friction is estimated, over its damping: both loops stay well damped.
+const FRICTION: f64 = 0.2;
 /// Share of it at the rods: their motors have a feedback of their own, and with both a boom on a soft
 /// mounting swings.
 const RODS: f64 = 0.3;
@@ -103,6 +105,7 @@ fn within(machine: &Machine, bounds: &Bounds, heavy: f64) -> Vec<RuledGain> {
     let K_i = machine.controller.K_i;
     let of_motor = format!("a motor loop of {MOTOR} 1/s with K_i = {K_i}");
     let of_wrist = format!("{} of kappa_KA", TURN / WRIST);
+    let of_friction = format!("{FRICTION} of kappa_KA");
     let rod = |name| (name, RODS, "1", "the motors' feedback K_v".into());
     let gains = [
         ("Lambda_position", lambda, "1/s", of_mode),
@@ -115,6 +118,7 @@ fn within(machine: &Machine, bounds: &Bounds, heavy: f64) -> Vec<RuledGain> {
         rod("kappa_share[2]"),
         rod("kappa_share[3]"),
         ("Lambda_orientation", TURN, "1/s", of_wrist),
+        ("omega_friction", FRICTION * WRIST, "1/s", of_friction),
     ];
     let rounded = gains.map(|(name, value, unit, why)| RuledGain {
         name,

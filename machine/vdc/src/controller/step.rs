@@ -5,8 +5,8 @@ use super::Controller;
 use crate::bodies::HookReadings;
 use crate::drive::{DriveState, Reading, VoltageLaw};
 use crate::error::{ControllerError, STEP_MAX};
-use crate::evaluation::Evaluation;
-use crate::law;
+use crate::evaluation::{Evaluation, MachineLevel};
+use crate::law::{self, TurningJoint};
 use crate::measured::{DELAY_MAX, SAMPLES_MAX, SLACK, Timing, predict};
 use crate::nominal::Nominal;
 use crate::reference::{Motion, Reference, Target, feedback_at_rest};
@@ -16,6 +16,7 @@ use crate::state::State;
 use crate::supervisor::{CLOSING, Cause, Moment, Observed, Stage};
 use crate::tracking::at_joints;
 use emla::maps;
+use machine_file::Controller as Gains;
 
 impl Controller {
     /// Advances from the communication point `t` by `h`, both s, with the measurements held; `now`
@@ -109,6 +110,12 @@ impl Controller {
                 if !prime.is_some_and(|prime| now.pushes_beyond_limit(i, rate / prime)) {
                     state.law_integral[i] += h * rate;
                 }
+            }
+        }
+        if let (Some(machine), false) = (&now.machine, is_at_limit) {
+            let rests = state.standstill.share() > 0.0 || reference.rates().is_some();
+            if !rests && state.supervisor.stage() < Stage::Frozen {
+                learn_friction(state, nominal, &settings.gains, machine, input, h);
             }
         }
         let is_braked = state.supervisor.stage() >= Stage::Braking;
@@ -231,6 +238,29 @@ fn closing_current(nominal: &Nominal, i: usize, i_qr: f64, input: &Input) -> f64
     let momentum = maps::inertia(p, 1.0) * input.w_m[i].clamp(-largest, largest);
     let per_current = maps::torque(p, 0.0, 1.0);
     (i_qr - momentum / (CLOSING * per_current)).clamp(-p.i_max, p.i_max)
+}
+
+/// Advances what is known of the wrist's friction by `h` s, if the law compensates it. Where the
+/// reference stands, joints that stick tell of a load only.
+fn learn_friction(
+    state: &mut State,
+    nominal: &Nominal,
+    gains: &Gains,
+    machine: &MachineLevel,
+    input: &Input,
+    h: f64,
+) {
+    let Some(inertia) = &machine.wrist_inertia else {
+        return;
+    };
+    let joints = std::array::from_fn(|j| TurningJoint {
+        required: machine.zeta_dot_r[3 + j],
+        lacking: machine.zeta_dot_r[3 + j] - input.zeta_dot[3 + j],
+        inertia: inertia[j],
+        tau_max: nominal.tau_wrist_max[j],
+    });
+    let moves = machine.desired.is_moving();
+    (state.wrist_friction).learn(gains.omega_friction, moves, &joints, h);
 }
 
 /// Advances the supervisor by `h` s, and applies a new stage to the rest of the state.

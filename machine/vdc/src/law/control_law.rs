@@ -26,6 +26,12 @@ pub(crate) trait ControlLaw: Sync {
         true
     }
 
+    /// Whether the friction of the wrist is estimated and fed forward, which an integral of the law's
+    /// own would oppose.
+    fn compensates_friction(&self) -> bool {
+        false
+    }
+
     /// Adapts the estimates of the bodies by `h` s with these motions held.
     fn learn(
         &self,

@@ -23,6 +23,10 @@ impl ControlLaw for ModelBased {
         now.forces_from_joints(Q)
     }
 
+    fn compensates_friction(&self) -> bool {
+        true
+    }
+
     fn learn(
         &self,
         bodies: &mut Bodies,

@@ -31,6 +31,10 @@ impl DesiredMotion {
         }
     }
 
+    pub(crate) fn is_moving(&self) -> bool {
+        [self.velocity, self.angular_velocity] != [Vector3::zeros(); 2]
+    }
+
     pub(crate) fn rest(position: Vector3<f64>, orientation: UnitQuaternion<f64>) -> Self {
         Self {
             position,

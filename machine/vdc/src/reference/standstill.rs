@@ -3,7 +3,6 @@
 
 use crate::reference::DesiredMotion;
 use hdrm::DOF;
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 /// Time for which the gains of a path stay, s: longer than the rest before a path.
@@ -50,9 +49,7 @@ impl Standstill {
         for (mean, rate) in self.lacking.iter_mut().zip(lacking) {
             *mean += reached * (rate - *mean);
         }
-        let stands = desired.velocity == Vector3::zeros()
-            && desired.angular_velocity == Vector3::zeros()
-            && self.last.as_ref() == Some(desired);
+        let stands = !desired.is_moving() && self.last.as_ref() == Some(desired);
         self.last = Some(*desired);
         self.time = match self.share() {
             _ if stands => (self.time + h).min(STAYS + FALLS),
@@ -65,7 +62,7 @@ impl Standstill {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use nalgebra::UnitQuaternion;
+    use nalgebra::{UnitQuaternion, Vector3};
 
     const H: f64 = 1e-3;
 
