@@ -244,7 +244,8 @@ def test_a_tournament_goes_on_where_it_was_interrupted(fmu_dir, tmp_path):
     assert {row["law"] for row in found["rows"]} == {"modular_integral_identified", "cascade"}
     assert "2 of 2 machines identified" in first.stderr and found["excitation"]["base"] > 15, first.stderr
     for row, trials in zip(found["tuned"], found["runs"]):
-        assert row["tried"] == 2 and len(trials) == 3 and all(t["fate"] in ("kept", "stopped", "lost") for t in trials), row
+        # Each law may try what the other has found, twice.
+        assert 2 <= row["tried"] <= 4 and len(trials) == 3 and all(t["fate"] in ("kept", "stopped", "lost") for t in trials), row
     files = sorted((tmp_path / "store").iterdir())
     times = {f: f.stat().st_mtime_ns for f in files}
     files[-1].unlink()

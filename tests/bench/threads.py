@@ -6,7 +6,7 @@
 system, in the schedule `standard`, which is that of the others, too (tests/requirements.txt; they write no files). All are measured in turn;
 of each the median counts. Printed are µs a step, and quotients: what two threads gain compared with one, how near they come to two processes (1: as
 near as can be, on a machine that does nothing else), and how many times as long as the better of one and two threads the others take. Then, for
-busy components and the machine, how much longer `cosim run` takes by itself than with `--threads 1`, in pairs.
+each of these systems, how much longer `cosim run` takes by itself than with `--threads 1`, in pairs.
 """
 
 import argparse
@@ -175,7 +175,8 @@ def main() -> None:
         if args.pairs:
             print(f"time by itself in that of one thread, median of {args.pairs} pairs (load {os.getloadavg()[0]:.1f})")
             by_itself(args, "busy", six, 2 * BUSY_STEPS)
-            by_itself(args, "machine", copied(package, 1, folder / "1.ssp"), args.steps)
+            for count in args.copies:
+                by_itself(args, str(count), copied(package, count, folder / f"{count}.ssp"), 3 * max(args.steps // count, 200))
 
 
 if __name__ == "__main__":

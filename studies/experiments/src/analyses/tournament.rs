@@ -4,7 +4,8 @@
 //!
 //! The gains of a law are tuned as factors on the shipped values, each from an eighth to eight:
 //! first the shipped gains and evenly spread points by successive halving, then points around the
-//! best so far. The cost of gains is the median plus the worst known error over the tuning machines
+//! best so far. After each half every law also tries the best gains of every other one, so that none
+//! is behind for gains that another has found. The cost of gains is the median plus the worst known error over the tuning machines
 //! and paths. A run that is not kept makes the cost infinite, and the remaining runs are skipped, as
 //! they are once gains are clearly behind the best so far.
 
@@ -58,13 +59,22 @@ const WRIST: &[&str] = &[
 const MODULAR: &[&[&str]] = &[TIP, TURN, KAPPA, INTEGRAL];
 const DAMPED: &[&[&str]] = &[TIP, TURN, RODS, WRIST, INTEGRAL];
 
+/// The machine file of the controller of each machine.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Model {
+    Nominal,
+    /// The one that was identified for it.
+    Identified,
+    /// The plant's own.
+    True,
+}
+
 /// A law and the groups of gains that are tuned; a group has one factor.
 pub struct Contestant {
     pub name: &'static str,
     /// Mode of the controller.
     mode: &'static str,
-    /// Whether the controller of each machine gets the machine file that was identified for it.
-    pub is_identified: bool,
+    pub model: Model,
     gains: &'static [&'static [&'static str]],
 }
 
@@ -73,14 +83,14 @@ impl Contestant {
         Self {
             name: mode,
             mode,
-            is_identified: false,
+            model: Model::Nominal,
             gains,
         }
     }
 }
 
 /// All laws.
-pub const CONTESTANTS: [Contestant; 8] = [
+pub const CONTESTANTS: [Contestant; 9] = [
     Contestant::new(
         "adaptive_integral",
         &[TIP, TURN, KAPPA, INTEGRAL, &["gamma"]],
@@ -89,7 +99,13 @@ pub const CONTESTANTS: [Contestant; 8] = [
     Contestant::new("modular_integral", MODULAR),
     Contestant {
         name: "modular_integral_identified",
-        is_identified: true,
+        model: Model::Identified,
+        ..Contestant::new("modular_integral", MODULAR)
+    },
+    // No controller can have this: it bounds what a model of the machine may bring.
+    Contestant {
+        name: "modular_integral_true",
+        model: Model::True,
         ..Contestant::new("modular_integral", MODULAR)
     },
     Contestant::new("pd_gravity_integral", DAMPED),
@@ -133,6 +149,32 @@ struct Candidate {
     errors: Vec<f64>,
 }
 
+/// A law while it is tuned.
+struct Tuning<'a> {
+    contestant: &'a Contestant,
+    best: Option<Candidate>,
+    /// Candidates so far, and those that lost a run.
+    tried: u64,
+    lost: usize,
+}
+
+impl Tuning<'_> {
+    fn best_logs(&self) -> Option<&[f64]> {
+        self.best.as_ref().map(|best| &best.logs[..])
+    }
+}
+
+/// The best gains of a law, with those that it shares with a rival as that one has them.
+fn borrowed(own: &Tuning, (groups, theirs): (&[&[&str]], &[f64])) -> Vec<f64> {
+    let gains = own.contestant.gains.iter().enumerate();
+    let log = |(k, group): (usize, &&[&str])| {
+        let shared = groups.iter().position(|other| other == group);
+        let kept = own.best_logs().map_or(0.0, |best| best[k]);
+        shared.map_or(kept, |j| theirs[j])
+    };
+    gains.map(log).collect()
+}
+
 impl Tournament<'_> {
     /// The run of a case on a path, from the store where it is there. A law that needs an
     /// identified machine loses where the identification failed.
@@ -145,15 +187,23 @@ impl Tournament<'_> {
         path: &str,
     ) -> Result<EndedRun> {
         let mut law = settings.to_vec();
-        if contestant.is_identified {
-            let identified = self.identified.get(&case.label);
-            match identified.context("a machine that was not identified")? {
-                Ok(found) => {
-                    let file = found.file.display();
-                    law.push(self.system.setting("controller.machine_file", file)?);
+        let file = match contestant.model {
+            Model::Nominal => None,
+            Model::Identified => {
+                let identified = self.identified.get(&case.label);
+                match identified.context("a machine that was not identified")? {
+                    Ok(found) => Some(found.file.display().to_string()),
+                    Err(why) => return Ok(EndedRun::lost(format!("not identified: {why}"))),
                 }
-                Err(why) => return Ok(EndedRun::lost(format!("not identified: {why}"))),
             }
+            Model::True => {
+                let plant = self.system.port("hdrm.machine_file")?;
+                let drawn = case.settings.iter().find(|setting| setting.port == plant);
+                Some(drawn.context("a machine that was not drawn")?.value.clone())
+            }
+        };
+        if let Some(file) = file {
+            law.push(self.system.setting("controller.machine_file", file)?);
         }
         law.extend(trajectory_settings(self.system, path)?);
         let experiment = case.apply((self.system, self.base), &law)?;
@@ -218,23 +268,49 @@ impl Tournament<'_> {
         Ok(Some(candidate))
     }
 
-    /// Tunes `contestant` with `budget` candidates on `cases`; `done` is called after each.
+    /// Tunes all `contestants` with `budget` candidates each on `cases`, besides what they try of
+    /// each other; `done` is called after each candidate.
     pub fn tune(
         &self,
-        contestant: &Contestant,
+        contestants: &[&Contestant],
         cases: &[Case],
         budget: u64,
         done: impl Fn(),
-    ) -> Result<Tuned> {
-        let groups = contestant.gains.len();
-        let new_candidate = |k: u64, best: Option<&[f64]>| Candidate {
+    ) -> Result<Vec<Tuned>> {
+        let spread = |contestant| self.spread(contestant, cases, budget, &done);
+        let mut field: Vec<Tuning> = (contestants.iter())
+            .map(|law| spread(*law))
+            .collect::<Result<_>>()?;
+        self.exchange(&mut field, cases, &done)?;
+        for tuning in &mut field {
+            for k in spread_count(budget)..budget {
+                let groups = tuning.contestant.gains.len();
+                let logs = candidate_logs(groups, k, budget, tuning.best_logs());
+                self.challenge(tuning, logs, cases)?;
+                done();
+            }
+        }
+        self.exchange(&mut field, cases, &done)?;
+        let tuned = field.into_iter().map(|tuning| self.tuned(tuning));
+        tuned.collect()
+    }
+
+    /// The first half of the budget: candidates that are spread evenly, by successive halving.
+    fn spread<'a>(
+        &self,
+        contestant: &'a Contestant,
+        cases: &[Case],
+        budget: u64,
+        done: impl Fn(),
+    ) -> Result<Tuning<'a>> {
+        let (groups, tried) = (contestant.gains.len(), spread_count(budget));
+        let new_candidate = |k: u64| Candidate {
             k,
-            logs: candidate_logs(groups, k, budget, best),
+            logs: candidate_logs(groups, k, budget, None),
             errors: Vec::new(),
         };
         let mut lost = 0;
-        let spread = spread_count(budget);
-        let mut field: Vec<_> = (0..spread).map(|k| new_candidate(k, None)).collect();
+        let mut field: Vec<_> = (0..tried).map(new_candidate).collect();
         let mut wanted = field.len();
         for machines in [ROUNDS[0], ROUNDS[1], cases.len()] {
             let mut ranked = Vec::new();
@@ -254,23 +330,65 @@ impl Tournament<'_> {
             wanted = ranked.len().div_ceil(ONE_OF);
             field = ranked;
         }
-        let mut best = field.into_iter().next();
-        for k in spread..budget {
-            let next = new_candidate(k, best.as_ref().map(|best| &best.logs[..]));
-            let best_errors = best.as_ref().map_or(&[][..], |best| &best.errors);
-            let found = self.judge(contestant, next, cases, best_errors)?;
-            lost += usize::from(found.is_none());
-            if let Some(found) = found.filter(|found| found.errors.len() >= best_errors.len())
-                && (best_errors.is_empty() || cost(&found.errors) < cost(best_errors))
+        Ok(Tuning {
+            contestant,
+            best: field.into_iter().next(),
+            tried,
+            lost,
+        })
+    }
+
+    /// Every law tries the best gains of every other one.
+    fn exchange(&self, field: &mut [Tuning], cases: &[Case], done: impl Fn()) -> Result<()> {
+        let best = |tuning: &Tuning| tuning.best_logs().map(<[f64]>::to_vec);
+        let bests: Vec<_> = field.iter().map(|t| (t.contestant, best(t))).collect();
+        for (k, tuning) in field.iter_mut().enumerate() {
+            for (rival, theirs) in
+                (bests.iter().enumerate()).filter_map(|(j, r)| (j != k).then_some(r))
             {
-                best = Some(found);
+                if let Some(theirs) = theirs {
+                    let logs = borrowed(tuning, (rival.gains, theirs));
+                    if tuning.best_logs() != Some(&logs) {
+                        self.challenge(tuning, logs, cases)?;
+                    }
+                }
+                done();
             }
-            done();
         }
+        Ok(())
+    }
+
+    /// Tries gains, which become the best if they are better on all cases.
+    fn challenge(&self, tuning: &mut Tuning, logs: Vec<f64>, cases: &[Case]) -> Result<()> {
+        let next = Candidate {
+            k: tuning.tried,
+            logs,
+            errors: Vec::new(),
+        };
+        tuning.tried += 1;
+        let best = tuning.best.as_ref().map_or(&[][..], |best| &best.errors);
+        let Some(found) = self.judge(tuning.contestant, next, cases, best)? else {
+            tuning.lost += 1;
+            return Ok(());
+        };
+        let is_whole = found.errors.len() >= best.len();
+        if is_whole && (best.is_empty() || cost(&found.errors) < cost(best)) {
+            tuning.best = Some(found);
+        }
+        Ok(())
+    }
+
+    fn tuned(&self, tuning: Tuning) -> Result<Tuned> {
+        let Tuning {
+            contestant,
+            best,
+            tried,
+            lost,
+        } = tuning;
         let cost = best.as_ref().map(|best| cost(&best.errors));
-        let logs = best.map_or(vec![0.0; groups], |best| best.logs);
+        let logs = best.map_or(vec![0.0; contestant.gains.len()], |best| best.logs);
         let (gains, settings) = self.scaled_gains(contestant, &logs)?;
-        let tried = usize::try_from(budget)?;
+        let tried = usize::try_from(tried)?;
         Ok(Tuned {
             law: contestant.name.into(),
             gains,
@@ -405,6 +523,27 @@ mod tests {
         for side in [mean - low, high - mean] {
             assert!((side / 0.057 - 1.0).abs() < 0.15, "{low} {high}");
         }
+    }
+
+    /// A law takes from a rival what both have, and keeps the rest of its own.
+    #[test]
+    fn gains_of_rivals_are_tried_as_far_as_they_go() {
+        let own = Tuning {
+            contestant: &CONTESTANTS[0],
+            best: Some(Candidate {
+                k: 0,
+                logs: vec![0.1, 0.2, 0.3, 0.4, 0.5],
+                errors: Vec::new(),
+            }),
+            tried: 1,
+            lost: 0,
+        };
+        let theirs = [0.6, 0.7, 0.8, 0.9, 1.0];
+        let of = |k: usize| borrowed(&own, (CONTESTANTS[k].gains, &theirs));
+        assert_eq!(CONTESTANTS[1].name, "adaptive");
+        assert_eq!(of(1), [0.6, 0.7, 0.8, 0.4, 0.9]);
+        assert_eq!(CONTESTANTS[6].name, "cascade");
+        assert_eq!(of(6), [0.6, 0.7, 0.3, 1.0, 0.5]);
     }
 
     /// A candidate is behind if its cost exceeds 1.2 times that of the best on the same runs; none is

@@ -13,7 +13,7 @@ use cosim::cli::{output, print};
 use crate::analyses::identification::model::Condition;
 use crate::analyses::identification::run::{Commissioning, Identified};
 use crate::analyses::tournament::{
-    self, CONTESTANTS, Contestant, Row, TUNING_PATHS, Tournament, Tuned,
+    self, CONTESTANTS, Contestant, Model, Row, TUNING_PATHS, Tournament, Tuned,
 };
 use crate::print::output::{conditions, with_progress, write_json};
 use crate::runs::grid::{ALL_TRAJECTORIES, Spread};
@@ -70,7 +70,9 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     };
     let chosen = |name: &str| args.laws.is_empty() || args.laws.iter().any(|law| law == name);
     let laws: Vec<_> = CONTESTANTS.iter().filter(|c| chosen(c.name)).collect();
-    let tries = laws.len() as u64 * args.budget;
+    // Each law twice tries the best gains of all others.
+    let laws_count = laws.len() as u64;
+    let tries = laws_count * (args.budget + 2 * (laws_count - 1));
     let mut paths = ALL_TRAJECTORIES.to_vec();
     paths.retain(|path| args.paths.is_empty() || args.paths.iter().any(|p| p == path));
     let runs = (laws.len() * reporting.list.len() * paths.len()) as u64;
@@ -83,7 +85,7 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     eprintln!(
         "{each:.1} s a run, {all} runs on {cores} cores: at most {hours:.1} hours; lost runs end early, kept ones are not repeated"
     );
-    if laws.iter().any(|law| law.is_identified) {
+    if laws.iter().any(|law| law.model == Model::Identified) {
         let cases = [&tuning.list[..], &reporting.list].concat();
         let commissioning = Commissioning::new(&system, &base, &args.store)?;
         contest.identified = with_progress(cases.len() as u64, "machines identified", |done| {
@@ -92,9 +94,8 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
         found["excitation"] = serde_json::to_value(commissioning.condition())?;
         eprintln!("{}", identification(&commissioning, &contest.identified));
     }
-    let results: Vec<_> = with_progress(tries, "candidates", |done| {
-        let tune = |law: &&Contestant| contest.tune(law, &tuning.list, args.budget, done);
-        laws.iter().map(tune).collect::<Result<_>>()
+    let results = with_progress(tries, "candidates", |done| {
+        contest.tune(&laws, &tuning.list, args.budget, done)
     })?;
     let reports: Vec<_> = with_progress(runs, "runs", |done| {
         let report = |(law, tuned): (&&Contestant, Tuned)| {
