@@ -218,12 +218,11 @@ impl Controller {
         };
         let law = settings.mode.law();
         let mut forces = law.forces(&instant);
-        let compensates = law.compensates_friction() && gains.omega_friction > 0.0;
+        let compensates =
+            law.compensates_friction() && gains.omega_friction > 0.0 && reference.rates().is_none();
         if compensates {
-            let share = 1.0 - state.standstill.share();
-            let torques = state
-                .wrist_friction
-                .torques(&required.zeta_dot.into(), share);
+            let (known, share) = (&state.wrist_friction, 1.0 - state.standstill.share());
+            let torques = known.torques(&required.zeta_dot.into(), share);
             forces.wrist = std::array::from_fn(|j| forces.wrist[j] + torques[j]);
         }
         now.errors = tracking.errors;

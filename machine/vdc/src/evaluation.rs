@@ -46,7 +46,7 @@ pub(crate) struct MachineLevel {
     pub(crate) tip: Vector3<f64>,
     /// What is expected of the hook, while the payload is weighed.
     pub(crate) weighing: Option<HookModel>,
-    /// Nominal inertias about the wrist joints, kg·m², if their friction is compensated.
+    /// Nominal inertias about the wrist joints, kg·m², if their friction is compensated, which it is on paths.
     pub(crate) wrist_inertia: Option<[f64; 3]>,
     /// Required joint rates, rad/s, and accelerations, rad/s².
     pub(crate) zeta_dot_r: [f64; DOF],
@@ -59,6 +59,13 @@ pub(crate) struct MachineLevel {
     pub(crate) energy: f64,
     /// Power that the feedback of the rates takes out, W.
     pub(crate) dissipation: f64,
+}
+
+impl MachineLevel {
+    /// Required joint rates minus the measured ones, rad/s.
+    pub(crate) fn lacking(&self, zeta_dot: &[f64; DOF]) -> [f64; DOF] {
+        std::array::from_fn(|j| self.zeta_dot_r[j] - zeta_dot[j])
+    }
 }
 
 impl Evaluation {

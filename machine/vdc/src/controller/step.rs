@@ -78,7 +78,7 @@ impl Controller {
         let is_blocked = state.motion.is_blocked();
         if let Some(machine) = &now.machine {
             let before = feedback_at_rest(state.standstill.share());
-            let lacking = std::array::from_fn(|j| machine.zeta_dot_r[j] - input.zeta_dot[j]);
+            let lacking = machine.lacking(&input.zeta_dot);
             state.standstill.advance(&machine.desired, &lacking, h);
             if reference.rates().is_none() {
                 // Keeps Λ z, which the integral contributes to the required rates.
@@ -111,9 +111,7 @@ impl Controller {
                     state.law_integral[i] += h * rate;
                 }
             }
-        }
-        if let (Some(machine), false) = (&now.machine, is_at_limit) {
-            let rests = state.standstill.share() > 0.0 || reference.rates().is_some();
+            let rests = state.standstill.share() > 0.0;
             if !rests && state.supervisor.stage() < Stage::Frozen {
                 learn_friction(state, nominal, &settings.gains, machine, input, h);
             }
@@ -253,9 +251,10 @@ fn learn_friction(
     let Some(inertia) = &machine.wrist_inertia else {
         return;
     };
+    let lacking = machine.lacking(&input.zeta_dot);
     let joints = std::array::from_fn(|j| TurningJoint {
         required: machine.zeta_dot_r[3 + j],
-        lacking: machine.zeta_dot_r[3 + j] - input.zeta_dot[3 + j],
+        lacking: lacking[3 + j],
         inertia: inertia[j],
         tau_max: nominal.tau_wrist_max[j],
     });

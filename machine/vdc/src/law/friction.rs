@@ -87,6 +87,16 @@ mod tests {
     const INERTIA: f64 = 60.0;
     const KAPPA: f64 = 20.0;
 
+    /// A joint of 2500 N·m.
+    fn joint(required: f64, lacking: f64) -> TurningJoint {
+        TurningJoint {
+            required,
+            lacking,
+            inertia: INERTIA,
+            tau_max: 2500.0,
+        }
+    }
+
     /// Rate of a joint that swings, rad/s, and its angle, rad.
     fn swing(t: f64) -> [f64; 2] {
         [0.3 * libm::sin(1.5 * t), -0.2 * libm::cos(1.5 * t)]
@@ -99,12 +109,7 @@ mod tests {
         let (mut friction, mut s, mut sum) = (WristFriction::default(), 0.0, 0.0);
         for k in 0..30_000 {
             let [rate, angle] = swing(H * f64::from(k));
-            let joint = TurningJoint {
-                required: rate,
-                lacking: s,
-                inertia: INERTIA,
-                tau_max: 2500.0,
-            };
+            let joint = joint(rate, s);
             let [own, ..] = friction.torques(&[0.0, 0.0, 0.0, rate, 0.0, 0.0], 1.0);
             let still = TurningJoint::default();
             friction.learn(omega, true, &[joint, still, still], H);
@@ -139,12 +144,7 @@ mod tests {
     #[test]
     fn what_sticks_at_rest_is_a_load() {
         let mut found = WristFriction::default();
-        let sticks = TurningJoint {
-            required: 0.02,
-            lacking: 0.02,
-            inertia: INERTIA,
-            tau_max: 2500.0,
-        };
+        let sticks = joint(0.02, 0.02);
         for _ in 0..1000 {
             found.learn(6.0, false, &[sticks; 3], H);
         }
@@ -160,10 +160,8 @@ mod tests {
     fn it_is_bounded() {
         let mut found = WristFriction::default();
         let runs_away = TurningJoint {
-            required: 1.0,
-            lacking: 100.0,
-            inertia: INERTIA,
             tau_max: 800.0,
+            ..joint(1.0, 100.0)
         };
         for _ in 0..1000 {
             found.learn(6.0, true, &[runs_away; 3], H);

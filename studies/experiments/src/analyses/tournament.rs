@@ -279,14 +279,13 @@ impl Tournament<'_> {
         let best = |tuning: &Tuning| tuning.best_logs().map(<[f64]>::to_vec);
         let bests: Vec<_> = field.iter().map(|t| (t.contestant, best(t))).collect();
         for (k, tuning) in field.iter_mut().enumerate() {
-            for (rival, theirs) in
-                (bests.iter().enumerate()).filter_map(|(j, r)| (j != k).then_some(r))
-            {
-                if let Some(theirs) = theirs {
-                    let logs = borrowed(tuning, (rival.gains, theirs));
-                    if tuning.best_logs() != Some(&logs) {
-                        self.challenge(tuning, logs, cases)?;
-                    }
+            let (before, after) = (&bests[..k], &bests[k + 1..]);
+            for (rival, theirs) in before.iter().chain(after) {
+                let logs = theirs
+                    .as_ref()
+                    .map(|theirs| borrowed(tuning, (rival.gains, theirs)));
+                if let Some(logs) = logs.filter(|logs| tuning.best_logs() != Some(logs)) {
+                    self.challenge(tuning, logs, cases)?;
                 }
                 done();
             }
