@@ -5,6 +5,8 @@ mod configuration;
 mod errors;
 pub(crate) mod finite;
 #[cfg(feature = "native")]
+mod queue;
+#[cfg(feature = "native")]
 mod remote;
 pub(crate) mod step_calls;
 #[cfg_attr(not(feature = "native"), path = "instance/workers_of_module.rs")]

@@ -8,11 +8,9 @@
 use std::any::Any;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
-use std::hint::spin_loop;
 use std::rc::Rc;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
-use std::thread::{Builder, JoinHandle};
+use std::thread::{self, Builder, JoinHandle};
 
 use anyhow::{Context, Result, anyhow};
 
@@ -21,13 +19,9 @@ use fmi_import::batch::Batch;
 use fmi_import::fmi_instance::{Call, FmiInstance};
 use fmi_import::messages::{self, Message};
 
+use super::queue::{Receiver, SPINS, Sender};
 use super::step_calls::{FailedCall, StepCalls, StepsDone};
 use crate::fmu::Fmu;
-
-/// Most and fewest times that an empty queue is polled before the thread sleeps: the most take some
-/// 0.5 ms, as long as one thread may wait while another passes the values of many components. The
-/// number falls while polling is in vain, as on a busy machine.
-const SPINS: [usize; 2] = [20000, 20];
 
 /// Passes the values of a batch.
 pub(super) type Pass = fn(&dyn FmiInstance, &Batch, &mut [f64]) -> Result<()>;
@@ -58,7 +52,7 @@ pub(super) struct Done {
 /// What a worker is sent; instances are numbered in the order in which they are hosted.
 enum Order {
     /// A new instance, not made yet, which answers here.
-    Host(SyncSender<Done>),
+    Host(Sender<Done>),
     /// A task for an instance. If a task fails, those begun behind it are left out, up to the next
     /// that is first.
     Task {
@@ -78,34 +72,15 @@ pub(super) struct HostedInstance {
     pub instance: Option<Box<dyn FmiInstance>>,
     /// Saved states, by number.
     pub states: BTreeMap<usize, Box<dyn Any>>,
-    answers: SyncSender<Done>,
+    answers: Sender<Done>,
     has_failed: bool,
 }
 
-/// Takes the next item of a queue; None once the other end is gone.
-fn next<T>(queue: &Receiver<T>, spins: &Cell<usize>) -> Option<T> {
-    let present = spins.get();
-    for _ in 0..present {
-        match queue.try_recv() {
-            Ok(found) => {
-                spins.set((present + present / 4 + 1).min(SPINS[0]));
-                return Some(found);
-            }
-            Err(TryRecvError::Empty) => spin_loop(),
-            Err(TryRecvError::Disconnected) => return None,
-        }
-    }
-    if present > 0 {
-        spins.set((present - present / 4).max(SPINS[1]));
-    }
-    queue.recv().ok()
-}
-
 /// The loop of a worker thread.
-fn work(orders: &Receiver<Order>, steps: &SyncSender<StepsDone>, spins: &Cell<usize>) {
+fn work(orders: &Receiver<Order>, steps: &Sender<StepsDone>, spins: &Cell<usize>) {
     let (mut all, mut copies): (Vec<HostedInstance>, Copies) = Default::default();
     let mut planned = Vec::new();
-    while let Some(order) = next(orders, spins) {
+    while let Some(order) = orders.next(spins) {
         match order {
             Order::Host(answers) => all.push(HostedInstance {
                 instance: None,
@@ -123,7 +98,7 @@ fn work(orders: &Receiver<Order>, steps: &SyncSender<StepsDone>, spins: &Cell<us
                 let done = hosted.carry_out(task, &mut copies);
                 hosted.has_failed |= done.result.is_err();
                 // The master may no longer be waiting.
-                let _ = hosted.answers.send(done);
+                hosted.answers.send(done);
             }
             Order::Free(number) => {
                 all[number].states.clear();
@@ -131,7 +106,7 @@ fn work(orders: &Receiver<Order>, steps: &SyncSender<StepsDone>, spins: &Cell<us
             }
             Order::Plan(plan) => planned = plan,
             Order::Steps(time, values) => {
-                let _ = steps.send(make_steps(&all, &planned, time, values));
+                steps.send(make_steps(&all, &planned, time, values));
             }
         }
     }
@@ -195,7 +170,7 @@ impl HostedInstance {
 pub struct Worker(Rc<Thread>);
 
 struct Thread {
-    orders: Option<SyncSender<Order>>,
+    orders: Option<Sender<Order>>,
     steps: Receiver<StepsDone>,
     handle: Option<JoinHandle<()>>,
     count: Cell<usize>,
@@ -209,22 +184,23 @@ impl Worker {
     pub fn start(count: usize, parts: usize, spins: bool) -> Result<Self> {
         let spins = if spins { SPINS[0] } else { 0 };
         // Holds some calls of each instance; beyond that, the master waits.
-        let (orders, received) = sync_channel((32 + 4 * parts) * count.max(1));
-        let (made, steps) = sync_channel(1);
-        let thread = Builder::new().name("cosim".into());
-        let handle = thread.spawn(move || work(&received, &made, &Cell::new(spins)));
+        let (orders, received) = Receiver::new((32 + 4 * parts) * count.max(1));
+        let (made, steps) = Receiver::new(1);
+        let made = Sender::new(made, thread::current());
+        let handle = Builder::new()
+            .name("cosim".into())
+            .spawn(move || work(&received, &made, &Cell::new(spins)))
+            .context("a thread cannot be started")?;
         Ok(Self(Rc::new(Thread {
-            orders: Some(orders),
+            orders: Some(Sender::new(orders, handle.thread().clone())),
             steps,
-            handle: Some(handle.context("a thread cannot be started")?),
+            handle: Some(handle),
             count: Cell::new(0),
             parts,
             spins: Cell::new(spins),
         })))
     }
-}
 
-impl Worker {
     /// The number of the instance that was made last.
     pub fn last(&self) -> usize {
         self.0.count.get().saturating_sub(1)
@@ -242,7 +218,7 @@ impl Worker {
 
     /// Ends the step that was begun.
     pub fn end_steps(&self) -> Result<StepsDone> {
-        let done = next(&self.0.steps, &self.0.spins);
+        let done = self.0.steps.next(&self.0.spins);
         done.context("a thread of this run has ended")
     }
 }
@@ -256,8 +232,9 @@ impl PartialEq for Worker {
 impl Thread {
     fn order(&self, order: Order) {
         // If the thread has ended, the missing answer is noticed.
-        let orders = self.orders.as_ref();
-        let _ = orders.map(|orders| orders.send(order));
+        if let Some(orders) = &self.orders {
+            orders.send(order);
+        }
     }
 }
 
@@ -289,7 +266,8 @@ impl Drop for Channel {
 impl Channel {
     /// Queues of a new instance, which is not made yet; up to `calls` may be begun at a time.
     pub fn new(worker: &Worker, calls: usize) -> Rc<Self> {
-        let (answers, received) = sync_channel(calls + 4 * worker.0.parts);
+        let (answers, received) = Receiver::new(calls + 4 * worker.0.parts);
+        let answers = Sender::new(answers, thread::current());
         let thread = worker.0.clone();
         let number = thread.count.get();
         thread.count.set(number + 1);
@@ -324,7 +302,7 @@ impl Channel {
             0 => self.send(task()),
             begun => self.begun.set(begun - 1),
         }
-        let done = next(&self.answers, &self.thread.spins);
+        let done = self.answers.next(&self.thread.spins);
         let mut done = done.ok_or_else(|| anyhow!("its thread has ended"))?;
         if !done.messages.is_empty() {
             messages::extend(std::mem::take(&mut done.messages));
