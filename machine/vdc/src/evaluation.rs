@@ -150,6 +150,7 @@ impl Evaluation {
     pub(crate) fn plausibility(&self, waits: [bool; 2]) -> Option<Plausibility> {
         let machine = self.machine.as_ref()?;
         Some(Plausibility {
+            moves: machine.desired.is_moving(),
             waits,
             tip_error: self.output.tip_error,
             orientation_error: self.output.orientation_error_norm,

@@ -270,13 +270,15 @@ impl Supervisor {
     }
 
     /// Advances the monitors by a step, unless the machine is braked, also for want of supply; the
-    /// first cause for alarm.
-    pub(crate) fn monitor(&mut self, at: &Moment) -> Option<Cause> {
-        if self.stage < Stage::Braking && !at.input.supply_missing {
+    /// first cause for alarm. After a gap they begin anew.
+    pub(crate) fn monitor(&mut self, at: Option<&Moment>) -> Option<Cause> {
+        let watched = at.filter(|at| self.stage < Stage::Braking && !at.input.supply_missing);
+        if let Some(at) = watched {
             let swings = self.swings && self.stage >= Stage::Lowered;
             return self.monitors.advance(at, swings);
         }
-        if self.stage == Stage::Stopped {
+        // While brakes close, it is known which drives err.
+        if self.stage != Stage::Braking {
             self.monitors = Monitors::default();
         }
         None

@@ -287,18 +287,15 @@ fn supervise(
     if sets_off {
         supervisor.forget_swings();
     }
-    let implausible = now
-        .plausibility(state.motion.are_blocked())
-        .filter(|_| !sets_off)
-        .and_then(|now| {
-            supervisor.monitor(&Moment {
-                now: &now,
-                nominal,
-                settings,
-                input,
-                h,
-            })
-        });
+    let plausibility = now.plausibility(state.motion.are_blocked());
+    let moment = plausibility.as_ref().map(|now| Moment {
+        now,
+        nominal,
+        settings,
+        input,
+        h,
+    });
+    let implausible = supervisor.monitor(moment.as_ref().filter(|_| !sets_off));
     let observed = Observed {
         errors: now.rod_errors(&input.F),
         is_overloaded: now.is_overloaded(&input.F, ratings),

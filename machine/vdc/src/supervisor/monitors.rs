@@ -119,6 +119,8 @@ pub(crate) struct Plausibility {
     /// Desired minus actual tip position, m, and angle between the orientations, rad.
     pub(crate) tip_error: [f64; 3],
     pub(crate) orientation_error: f64,
+    /// Whether the reference moves.
+    pub(crate) moves: bool,
     /// Whether commanded rates wait for a joint of the boom, and of the wrist, that does not follow: the
     /// error is bounded then.
     pub(crate) waits: [bool; 2],
@@ -268,8 +270,9 @@ pub(crate) struct Monitors {
     torques: [f64; 3],
     /// Factor of each motor's torque.
     factors: [f64; 3],
-    /// Time for which the machine has been watched, s.
+    /// Time for which the machine has been watched, and for which its reference has moved, s.
     looked: f64,
+    moved: f64,
     drags: [Alarm; 3],
     /// Smoothed differences of direct and quadrature current from their commands, A.
     currents: [[f64; 2]; 3],
@@ -433,13 +436,16 @@ impl Monitors {
     fn stale(&mut self, at: &Moment, swings: bool) -> bool {
         let (now, input, h) = (at.now, at.input, at.h);
         let mut is_on = false;
+        self.moved = if now.moves { self.moved + h } else { 0.0 };
+        let is_moved = self.moved > 2.0 * FORGETS;
         let motors = input.theta_m.into_iter().flatten();
         let readings = input.zeta.into_iter().chain(motors);
         for (k, (encoder, angle)) in self.encoders.iter_mut().zip(readings).enumerate() {
             let j = k % DOF;
             let bound = if k < DOF { UNSEEN[j] } else { f64::INFINITY };
             let unseen = encoder.add(angle, now.zeta_dot_r[j], UNMOVED[j], h);
-            is_on |= unseen > bound || encoder.is_stale(self.looked, UNMOVED[j]);
+            let is_stale = is_moved && encoder.is_stale(self.looked, UNMOVED[j]);
+            is_on |= unseen > bound || is_stale;
             is_on |= swings && k < DOF && encoder.stands[0] > SWUNG.max(LONGER * encoder.most[0]);
         }
         for (i, noisy) in self.noisy.iter_mut().enumerate() {

@@ -1,5 +1,6 @@
 use super::*;
 use crate::law::Mode;
+use crate::supervisor::Supervisor;
 use emla::Surrogate;
 use machine_file::Machine;
 
@@ -61,6 +62,7 @@ impl Watched {
             input.i_q[i] = i_q_required[i] - 0.05 * noise;
         }
         let now = Plausibility {
+            moves: true,
             primes: PRIMES,
             zeta_dot_r: [RATE; DOF],
             i_q_required,
@@ -69,16 +71,22 @@ impl Watched {
         (now, input)
     }
 
-    fn advance(&mut self, now: &Plausibility, input: &Input) -> Option<Cause> {
-        self.steps += 1;
-        let at = Moment {
+    fn moment<'a>(&'a self, now: &'a Plausibility, input: &'a Input) -> Moment<'a> {
+        Moment {
             now,
             nominal: &self.nominal,
             settings: &self.settings,
             input,
             h: H,
-        };
-        self.monitors.advance(&at, self.swings)
+        }
+    }
+
+    fn advance(&mut self, now: &Plausibility, input: &Input) -> Option<Cause> {
+        self.steps += 1;
+        let mut monitors = self.monitors;
+        let cause = monitors.advance(&self.moment(now, input), self.swings);
+        self.monitors = monitors;
+        cause
     }
 
     /// The first cause within `seconds` if `fault` alters what is read, from the second second on,
@@ -132,6 +140,23 @@ fn found_unless(
 #[test]
 fn a_healthy_machine_gives_no_alarm() {
     assert_eq!(Watched::new().cause(5.0, |_, _, _| ()), None);
+}
+
+/// A machine that is not watched for a while moves on: what was known before says nothing then.
+#[test]
+fn after_a_gap_monitors_begin_anew() {
+    let (mut watched, mut supervisor) = (Watched::new(), Supervisor::new(true));
+    for k in 0..3000 {
+        let (now, input) = watched.healthy();
+        watched.steps += 1;
+        let moment = watched.moment(&now, &input);
+        let is_watched = !(1000..1300).contains(&k);
+        assert_eq!(
+            supervisor.monitor(is_watched.then_some(&moment)),
+            None,
+            "step {k}"
+        );
+    }
 }
 
 /// 0.25 m/s over Λ = 12 1/s are 20.8 mm, and 0.5 rad/s over it 42 mrad: beyond them at once,
@@ -317,6 +342,29 @@ fn a_joint_that_rested_has_not_shown_that_it_sticks() {
         cause == Cause::Stale && (2.055..2.07).contains(&time),
         "{cause:?} {time}"
     );
+}
+
+/// A joint that stands, as it has never done, while the reference rests and for half a second behind,
+/// sticks there; by 40 mrad it has not stood.
+#[test]
+fn a_joint_may_stick_where_the_reference_rests() {
+    let sticks = |rate: f64, sets_off: f64| {
+        let found = Watched::new().cause(2.0, |t, now, input| {
+            now.moves = t >= sets_off;
+            now.zeta_dot_r[3] = rate;
+            moves_within(9.0, 9.0, 3, t, input);
+        });
+        found.map(|(cause, time)| {
+            assert_eq!(cause, Cause::Stale);
+            time
+        })
+    };
+    // Of 0.1 rad/s 25 mrad are not forgotten, of 0.2 rad/s 40 mrad after 0.4 s.
+    assert_eq!(sticks(0.1, 9.0), None);
+    let sets_off = sticks(0.1, 0.5).expect("an alarm");
+    assert!((0.99..1.01).contains(&sets_off), "{sets_off}");
+    let far = sticks(0.2, 9.0).expect("an alarm");
+    assert!((0.395..0.41).contains(&far), "{far}");
 }
 
 /// A joint that stands is nothing odd, unless a rod swings for as long.
