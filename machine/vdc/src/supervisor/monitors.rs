@@ -270,7 +270,7 @@ pub(crate) struct Monitors {
     torques: [f64; 3],
     /// Factor of each motor's torque.
     factors: [f64; 3],
-    /// Time for which the machine has been watched, and for which its reference has moved, s.
+    /// Time for which the machine has been watched, and for which its reference moved meanwhile, s.
     looked: f64,
     moved: f64,
     drags: [Alarm; 3],
@@ -432,11 +432,12 @@ impl Monitors {
     }
 
     /// Encoders that show no motion, and readings without their noise. Where all noise of an axis is gone,
-    /// it has none. A rod that swings moves all joints.
+    /// it has none. A rod that swings moves all joints. How a joint sticks is not known before the reference
+    /// has moved.
     fn stale(&mut self, at: &Moment, swings: bool) -> bool {
         let (now, input, h) = (at.now, at.input, at.h);
         let mut is_on = false;
-        self.moved = if now.moves { self.moved + h } else { 0.0 };
+        self.moved += if now.moves { h } else { 0.0 };
         let is_moved = self.moved > 2.0 * FORGETS;
         let motors = input.theta_m.into_iter().flatten();
         let readings = input.zeta.into_iter().chain(motors);

@@ -15,8 +15,9 @@ struct Watched {
     monitors: Monitors,
     nominal: Nominal,
     settings: Settings,
-    /// Whether a rod swings.
+    /// Whether a rod swings, and the reference moves.
     swings: bool,
+    moves: bool,
     steps: u32,
 }
 
@@ -36,6 +37,7 @@ impl Watched {
             nominal: Nominal::new(&machine, &Surrogate::reference()).expect("valid"),
             settings,
             swings: false,
+            moves: true,
             steps: 0,
         }
     }
@@ -62,7 +64,7 @@ impl Watched {
             input.i_q[i] = i_q_required[i] - 0.05 * noise;
         }
         let now = Plausibility {
-            moves: true,
+            moves: self.moves,
             primes: PRIMES,
             zeta_dot_r: [RATE; DOF],
             i_q_required,
@@ -344,13 +346,15 @@ fn a_joint_that_rested_has_not_shown_that_it_sticks() {
     );
 }
 
-/// A joint that stands, as it has never done, while the reference rests and for half a second behind,
-/// sticks there; by 40 mrad it has not stood.
+/// A joint that stands, as it has never done, before the reference has moved for half a second, sticks
+/// there; by 40 mrad it has not stood.
 #[test]
-fn a_joint_may_stick_where_the_reference_rests() {
+fn a_joint_may_stick_before_the_reference_moves() {
     let sticks = |rate: f64, sets_off: f64| {
-        let found = Watched::new().cause(2.0, |t, now, input| {
-            now.moves = t >= sets_off;
+        let mut watched = Watched::new();
+        watched.moves = false;
+        let found = watched.cause(2.0, |t, now, input| {
+            now.moves = t >= sets_off && t < sets_off + 0.6;
             now.zeta_dot_r[3] = rate;
             moves_within(9.0, 9.0, 3, t, input);
         });
