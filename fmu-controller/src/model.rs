@@ -113,6 +113,8 @@ pub struct Parameters {
     pub(crate) current_loop: bool,
     /// Time after the start in which the payload is weighed, s.
     pub(crate) weighing_time: f64,
+    /// Share of a lap's error that is met in the next one.
+    pub(crate) learning: f64,
     /// Largest required force of a rod over its rated one.
     pub(crate) force_limit: f64,
     /// Whether a supervisor watches for oscillations.
@@ -145,6 +147,7 @@ impl Parameters {
             rates: RateLimits::default(),
             current_loop: false,
             weighing_time: 0.0,
+            learning: 0.0,
             force_limit: 0.0,
             supervisor: false,
             load_known: true,
@@ -164,6 +167,7 @@ impl Parameters {
             rate_command: RATE_COMMAND.item(self.rate_command)?,
             current_loop: self.current_loop,
             weighing_time: self.weighing_time,
+            learning: self.learning,
             force_limit: self.force_limit,
             supervisor: self.supervisor,
             load_known: self.load_known,

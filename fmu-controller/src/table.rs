@@ -350,4 +350,10 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("1").tunable().range(0.0..=100.0),
     gain(row!(V, parameter omega_friction in machine.controller, "rate at which the model-based laws estimate the friction of the wrist, which they then feed forward, and a steady load, on paths; 0: not, the paper's law"))
         .unit("1/s"),
+    row!(V, parameter learning, "share of the tip's error of a lap that is met in the next one, on a path of equal laps; 0: nothing is learnt, the paper's law")
+        .unit("1").range(0.0..=1.0),
+    row!(V, integer_output lap, "lap of a path of equal laps that is under way, counted from 1; 0: none")
+        .depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]),
+    of_start(row!(V, outputs learnt.shift = learnt_shift, "shift of the tip's position, in the world, that was learnt on the laps before")
+        .unit("m").display_unit("mm")),
 ];

@@ -61,6 +61,7 @@ pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
         points,
         relative: false,
         limits: MotionLimits::DEFAULT,
+        laps: None,
         test: None,
     })
 }

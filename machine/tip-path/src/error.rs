@@ -3,6 +3,9 @@
 use std::fmt;
 use thiserror::Error;
 
+/// Largest number of laps.
+const LAPS_MAX: usize = 1000;
+
 /// Why a path cannot be read or planned.
 #[derive(Clone, Debug, PartialEq, Error)]
 pub enum PathError {
@@ -113,4 +116,18 @@ pub(crate) fn unknown(place: &str, name: &str, known: Vec<String>) -> PathError 
         near: near.map(str::to_owned),
         known,
     }
+}
+
+/// The number of laps or cycles that `text` gives.
+pub(crate) fn counted(
+    place: &str,
+    name: &str,
+    number: f64,
+    text: impl fmt::Display,
+) -> Result<usize, PathError> {
+    if number.fract() == 0.0 && (1.0..=LAPS_MAX as f64).contains(&number) {
+        return Ok(number as usize);
+    }
+    let rule = format!("a whole number of {name} from 1 to {LAPS_MAX}");
+    Err(refused(place, name, text, rule))
 }

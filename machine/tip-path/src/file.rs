@@ -13,6 +13,8 @@ pub struct PathFile {
     pub relative: bool,
     /// Limits of speed, acceleration and jerk.
     pub limits: MotionLimits,
+    /// Equal laps that its waypoints make; None: they are no laps.
+    pub laps: Option<usize>,
     /// The test of ISO 9283 that the path is, if any.
     pub test: Option<Iso9283>,
 }
@@ -128,4 +130,10 @@ impl Default for MotionLimits {
     fn default() -> Self {
         Self::DEFAULT
     }
+}
+
+/// The waypoints so many times, and the first once more.
+pub(crate) fn in_laps(waypoints: &[Waypoint], laps: usize) -> Vec<Waypoint> {
+    let all = laps * waypoints.len() + 1;
+    waypoints.iter().copied().cycle().take(all).collect()
 }

@@ -1,7 +1,7 @@
 //! Reads path files in JSON, for `reading`; error messages name waypoint, field and rule.
 
-use crate::error::{PathError, refused, unknown};
-use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint};
+use crate::error::{PathError, counted, refused, unknown};
+use crate::file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint, in_laps};
 use crate::quaternion::unit;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error as _, MapAccess, Visitor};
@@ -20,6 +20,8 @@ struct FileRecord {
     samples: Option<Vec<Value>>,
     #[serde(default)]
     relative: bool,
+    #[serde(default, deserialize_with = "given")]
+    laps: Option<f64>,
     #[serde(default)]
     limits: Object<MotionLimits>,
 }
@@ -102,8 +104,21 @@ pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
         serde_json::from_str(text).map_err(|e| PathError::Format(format!("path JSON: {e}")))?;
     let Object::<FileRecord>(file) = serde_path_to_error::deserialize(&value)
         .map_err(|e| refusal(&value, e.path(), &e.inner().to_string()))?;
+    let laps = (file.laps).map(|laps| counted("the file", "laps", laps, laps));
+    let laps = laps.transpose()?;
     let points = match (file.waypoints, file.samples) {
-        (Some(list), None) => Points::Waypoints(each(list, "waypoint", waypoint)?),
+        (Some(list), None) => {
+            let waypoints = each(list, "waypoint", waypoint)?;
+            Points::Waypoints(match laps {
+                Some(laps) => lapped(&waypoints, laps)?,
+                None => waypoints,
+            })
+        }
+        (None, Some(_)) if laps.is_some() => {
+            let text =
+                "a path of `samples` has no `laps`; give `waypoints`, or the samples of all laps";
+            return Err(PathError::Format(text.to_owned()));
+        }
         (None, Some(list)) => Points::Samples(each(list, "sample", sample)?),
         _ => {
             let text = "a path must have either `waypoints` or `samples`".to_owned();
@@ -114,8 +129,25 @@ pub(crate) fn parse(text: &str) -> Result<PathFile, PathError> {
         points,
         relative: file.relative,
         limits: file.limits.0,
+        laps,
         test: None,
     })
+}
+
+/// The waypoints of all laps, each of which ends where the first one begins.
+fn lapped(waypoints: &[Waypoint], laps: usize) -> Result<Vec<Waypoint>, PathError> {
+    for (k, waypoint) in (1..).zip(waypoints) {
+        let place = format!("waypoint {k}");
+        if let Some(time) = waypoint.time {
+            let rule = "left out, since the path has `laps`";
+            return Err(refused(&place, "time", time, rule));
+        }
+        if k == 1 && waypoint.blend > 0.0 {
+            let rule = "0, because the laps end there and the tip stops";
+            return Err(refused(&place, "blend", waypoint.blend, rule));
+        }
+    }
+    Ok(in_laps(waypoints, laps))
 }
 
 fn each<R, T>(

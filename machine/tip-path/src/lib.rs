@@ -29,6 +29,6 @@ pub use error::{PathError, Place};
 pub use file::{Load, MotionLimits, PathFile, Points, Sample, Waypoint};
 pub use iso9283::{Iso9283, TestKind};
 pub use legs::Stop;
-pub use path::TipPath;
+pub use path::{Laps, TipPath};
 pub use profile::Profile;
-pub use reading::{BUILT_IN, SIX_JOINTS};
+pub use reading::{BUILT_IN, SIX_JOINTS, TRIANGLE};

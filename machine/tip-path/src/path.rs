@@ -18,7 +18,35 @@ pub struct TipPath {
     stops: Vec<Stop>,
     /// In order of time.
     loads: Vec<Change>,
+    laps: Option<Laps>,
     duration: f64,
+}
+
+/// Equal laps of a path: the motion at any time of one is that at the same time of another.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Laps {
+    /// Begin of the first one, s.
+    pub begins: f64,
+    /// Duration of each, s.
+    pub period: f64,
+    /// Number of laps.
+    pub count: usize,
+}
+
+impl Laps {
+    /// End of the last one, s.
+    pub fn end(&self) -> f64 {
+        self.begins + self.count as f64 * self.period
+    }
+
+    /// The lap under way at `t`, s, from 1; 0: none.
+    pub fn number(&self, t: f64) -> usize {
+        if !(self.begins..self.end()).contains(&t) {
+            return 0;
+        }
+        let past = ((t - self.begins) / self.period) as usize;
+        past.min(self.count - 1) + 1
+    }
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -64,7 +92,15 @@ impl TipPath {
                 load: waypoint.load?,
             })
         };
+        // At the first waypoint the tip stops in each lap.
+        let times = stops.first().zip(stops.last());
+        let laps = |(count, (first, last)): (usize, (&Stop, &Stop))| Laps {
+            begins: first.arrives,
+            period: (last.arrives - first.arrives) / count as f64,
+            count,
+        };
         Ok(Self {
+            laps: file.laps.zip(times).map(laps),
             legs,
             spline: None,
             loads: waypoints.iter().zip(&stops).filter_map(change).collect(),
@@ -93,12 +129,18 @@ impl TipPath {
             spline: Some((begins, spline)),
             stops: Vec::new(),
             loads: Vec::new(),
+            laps: None,
         })
     }
 
     /// Time to the end of the last rest, s.
     pub fn duration(&self) -> f64 {
         self.duration
+    }
+
+    /// Equal laps, if it has some.
+    pub fn laps(&self) -> Option<Laps> {
+        self.laps
     }
 
     /// Motion of the tip at `t`, s; at rest before the beginning and after the end.

@@ -1,7 +1,7 @@
 //! Reads and checks a path from text or a built-in one, for the FMU, Python and the studies.
 
 use crate::error::{PathError, refused};
-use crate::file::{MotionLimits, PathFile, Points, Sample, Waypoint};
+use crate::file::{MotionLimits, PathFile, Points, Sample, Waypoint, in_laps};
 use crate::iso9283::{Iso9283, TestKind};
 use crate::{csv_file, json_file};
 use model_rules::Range;
@@ -10,8 +10,10 @@ use nalgebra::Vector3;
 /// Name of the built-in path that moves all six joints: up to 2 m/s², rotations of more than 60°,
 /// rods up to their rated speed.
 pub const SIX_JOINTS: &str = "six-joints";
+/// Name of the built-in path that passes the paper's triangle six times.
+pub const TRIANGLE: &str = "triangle-laps";
 /// Names of the built-in paths.
-pub const BUILT_IN: [&str; 3] = ["iso9283-cube", "iso9283-rectangle", SIX_JOINTS];
+pub const BUILT_IN: [&str; 4] = ["iso9283-cube", "iso9283-rectangle", SIX_JOINTS, TRIANGLE];
 
 /// Distance, m and rad, below which two waypoints count as the same.
 const SAME: f64 = 1e-9;
@@ -31,11 +33,14 @@ impl PathFile {
         Ok(file)
     }
 
-    /// The built-in path `name`: [`SIX_JOINTS`], `iso9283-cube`, or `iso9283-cube:3` with another
+    /// The built-in path `name`: [`SIX_JOINTS`], [`TRIANGLE`], `iso9283-cube`, or `iso9283-cube:3` with another
     /// number of cycles; None for any other text.
     pub fn built_in(name: &str) -> Option<Result<Self, PathError>> {
         if name == SIX_JOINTS {
             return Some(Self::parse(include_str!("../paths/six_joints.json")));
+        }
+        if name == TRIANGLE {
+            return Some(Self::parse(include_str!("../paths/triangle_laps.json")));
         }
         Iso9283::named(name).map(|test| test.map(test_path))
     }
@@ -63,11 +68,12 @@ fn test_path(test: Iso9283) -> PathFile {
         dwell,
         ..Waypoint::default()
     };
-    let waypoints = points.iter().cycle().take(test.cycles * points.len() + 1);
+    let waypoints: Vec<_> = points.iter().map(at).collect();
     PathFile {
-        points: Points::Waypoints(waypoints.map(at).collect()),
+        points: Points::Waypoints(in_laps(&waypoints, test.cycles)),
         relative: true,
         limits: MotionLimits::DEFAULT,
+        laps: Some(test.cycles),
         test: Some(test),
     }
 }

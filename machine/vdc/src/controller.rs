@@ -8,6 +8,7 @@ use crate::conditions::Conditions;
 use crate::drive::{Command, DriveState, Reading, RodDemand, VoltageLaw, residual_forces};
 use crate::error::ControllerError;
 use crate::evaluation::{Evaluation, MachineLevel};
+use crate::laps::LapMemory;
 use crate::law::{self, Instant, Rod, WristFriction};
 use crate::measured::{JointObserver, Sampling, Timing};
 use crate::nominal::Nominal;
@@ -34,6 +35,8 @@ pub struct Controller {
     reference: Reference,
     timing: Timing,
     state: State,
+    /// What it learns on a path of equal laps.
+    laps: Option<LapMemory>,
 }
 
 impl Controller {
@@ -51,6 +54,12 @@ impl Controller {
         machine.check()?;
         settings.gains.check()?;
         let nominal = Nominal::new(machine, surrogate)?;
+        let reference = Reference::new(trajectory, machine, &nominal, &input.zeta)?;
+        let laps = reference.laps().filter(|_| settings.learning > 0.0);
+        let laps = laps.and_then(LapMemory::new);
+        if settings.learning > 0.0 && laps.is_none() {
+            return Err(ControllerError::NoLaps(settings.learning));
+        }
         let drive = |i: usize| DriveState::undisturbed(nominal.parameters()[i], input.w_m[i]);
         let mut controller = Self {
             state: State {
@@ -69,7 +78,8 @@ impl Controller {
                     settings.supervisor && settings.level == Level::Machine,
                 ),
             },
-            reference: Reference::new(trajectory, machine, &nominal, &input.zeta)?,
+            reference,
+            laps,
             timing: Timing::default(),
             nominal,
         };
@@ -128,6 +138,13 @@ impl Controller {
         let t = state.motion_time(settings.gains.settle_time);
         now.output.motion_end = self.motion_end(settings);
         now.set_gates_and_brakes(&state.supervisor, input);
+        now.output.lap = self
+            .reference
+            .laps()
+            .map_or(0, |laps| laps.number(t) as i32);
+        if let Some(laps) = &self.laps {
+            now.output.learnt_shift = laps.shift(t)[0].into();
+        }
         now.output.load = self.reference.load(t).unwrap_or_default();
         proof::fill(&mut now, nominal, state, settings, input);
         match now.output.not_finite() {
@@ -174,6 +191,7 @@ impl Controller {
             nominal,
             reference,
             state,
+            laps,
             ..
         } = self;
         let gains = &settings.gains;
@@ -181,6 +199,10 @@ impl Controller {
         let mut target = reference.target(nominal, &state.motion, input, t)?;
         if let Some(motion) = state.supervisor.motion() {
             target = Target::from_joints(motion, nominal);
+        }
+        let desired = target.tip;
+        if let (Some(laps), None) = (laps, &target.joints) {
+            target.tip = laps.shifted(desired, t);
         }
         let configuration = nominal.tree.configuration(&input.zeta);
         let tip = Tip::new(&nominal.tree, &configuration);
@@ -251,7 +273,7 @@ impl Controller {
             weighing,
             wrist_inertia: compensates
                 .then(|| [3, 4, 5].map(|i| law::whole_inertia(&configuration, &bodies.nominal, i))),
-            desired: target.tip,
+            desired,
             rotation_error: tracking.rotation_error,
             tip: tip.position,
             zeta_dot_r: required.zeta_dot.into(),

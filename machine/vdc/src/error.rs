@@ -59,6 +59,11 @@ pub enum ControllerError {
         /// Step, s.
         h: f64,
     },
+    /// `learning` without laps to learn from.
+    #[error(
+        "`learning` = {0} needs a path of equal laps, of 0.6 s or more each: `trajectory` = path with a file that has `laps`"
+    )]
+    NoLaps(f64),
     /// A command, or another output, became infinite or NaN.
     #[error("t = {} s: `{signal}` became {value}; it must be finite", Seconds(*t))]
     NotFinite {

@@ -18,6 +18,7 @@ mod controller;
 mod drive;
 mod error;
 mod evaluation;
+mod laps;
 mod law;
 mod measured;
 mod nominal;

@@ -28,7 +28,7 @@ use edges::Edges;
 use hdrm::Tip;
 use machine_file::Machine;
 use serde::{Deserialize, Serialize};
-use tip_path::{Load, PathFile, TipPath};
+use tip_path::{Laps, Load, PathFile, TipPath};
 
 /// The reference that the controller follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -138,6 +138,14 @@ impl Reference {
             Self::Edges(edges) => Some(edges.duration()),
             Self::File(path) => Some(path.duration()),
             Self::Rates(_) | Self::External => None,
+        }
+    }
+
+    /// Equal laps of the path, if it has some.
+    pub(crate) fn laps(&self) -> Option<Laps> {
+        match self {
+            Self::File(path) => path.laps(),
+            _ => None,
         }
     }
 

@@ -32,6 +32,8 @@ pub struct Settings {
     /// Time after the start in which the payload is weighed at the wrist instead of adaptation, s;
     /// 0: the nominal payload is used.
     pub weighing_time: f64,
+    /// γ, the share of the tip's error of a lap that is met in the next one; 0: nothing is learnt.
+    pub learning: f64,
     /// Blending factor α of the network in the nominal actuator model, 0…1; 0: physics only.
     pub alpha: f64,
     /// Inertia of the plant over nominal, for the Lyapunov outputs only.
@@ -60,6 +62,7 @@ impl Settings {
             gains: *gains,
             current_loop: false,
             weighing_time: 0.0,
+            learning: 0.0,
             alpha: 0.0,
             true_inertia_scale: 1.0,
             force_limit: 0.0,

@@ -128,6 +128,10 @@ pub struct Output {
     pub wrist_enable: [bool; 3],
     /// Command for the wrist's brakes: whether they are applied.
     pub wrist_brake: [bool; 3],
+    /// Lap of the path that is under way, from 1; 0: none.
+    pub lap: i32,
+    /// Shift of the tip's position that was learnt on the laps before, m.
+    pub learnt_shift: [f64; 3],
 }
 
 impl Output {

@@ -244,3 +244,71 @@ fn the_path_of_six_joints_accelerates_and_turns() {
         assert!(margin.value.abs() > 0.95 * 0.07, "{rod}: {}", margin.value);
     }
 }
+
+/// Laps are equal in every time of them, to the rounding of times that are summed up: 20 s · 2⁻⁵² times 30
+/// stops, at 0.3 m/s.
+#[test]
+fn laps_repeat_the_motion() {
+    for name in ["iso9283-rectangle:5", "iso9283-cube:2", tip_path::TRIANGLE] {
+        let file = PathFile::built_in(name).expect("known").expect("valid");
+        let path = TipPath::new(&file, start()).expect("timed");
+        let laps = path.laps().expect("laps");
+        let points = path.stops().len() / laps.count;
+        assert!((laps.end() - path.stops().last().expect("stops").arrives).abs() < 1e-12);
+        for k in 0..1000 {
+            let t = laps.begins + laps.period * (f64::from(k) + 0.5) / 1000.0;
+            assert_eq!((laps.number(t), laps.number(t + laps.period)), (1, 2));
+            let [first, second] = [t, t + laps.period].map(|t| path.at(t));
+            let apart = second.pose.position - first.pose.position;
+            assert!(
+                apart.norm() < 1e-13,
+                "{name}, {points} points, {t} s: {apart}"
+            );
+        }
+        assert_eq!(
+            [laps.begins - 1e-9, laps.end()].map(|t| laps.number(t)),
+            [0, 0]
+        );
+    }
+}
+
+/// What a file of laps may not have.
+#[test]
+fn laps_are_checked() {
+    let said = |laps: &str, more: &str| {
+        let text = format!(
+            r#"{{"relative": true, "laps": {laps}, "waypoints": [{{"position": [0, 0, 0]{more}}}, {{"position": [0, 0, 0.1]}}]}}"#
+        );
+        PathFile::parse(&text)
+            .map(|_| ())
+            .map_err(|e| e.to_string())
+    };
+    assert_eq!(said("3", ""), Ok(()));
+    for (laps, more, expected) in [
+        (
+            "0",
+            "",
+            "the file: `laps` = 0 must be a whole number of laps from 1 to 1000",
+        ),
+        (
+            "2.5",
+            "",
+            "the file: `laps` = 2.5 must be a whole number of laps from 1 to 1000",
+        ),
+        (
+            "2",
+            r#", "time": 3"#,
+            "waypoint 1: `time` = 3 must be left out, since the path has `laps`",
+        ),
+        (
+            "2",
+            r#", "blend": 0.01"#,
+            "waypoint 1: `blend` = 0.01 must be 0, because the laps end there and the tip stops",
+        ),
+    ] {
+        assert_eq!(said(laps, more), Err(expected.into()));
+    }
+    let samples = r#"{"laps": 2, "samples": [[0, 3, 1, 0], [1, 3, 1.1, 0]]}"#;
+    let refused = PathFile::parse(samples).unwrap_err().to_string();
+    assert!(refused.contains("`samples` has no `laps`"), "{refused}");
+}

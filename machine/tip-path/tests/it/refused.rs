@@ -347,7 +347,10 @@ fn the_least_margins_are_those_along_the_path() {
 #[test]
 fn the_reference_machine_can_do_the_built_in_paths() {
     let machine = Machine::reference();
-    for (name, seconds) in tip_path::BUILT_IN.into_iter().zip([600.0, 100.0, 10.0]) {
+    for (name, seconds) in tip_path::BUILT_IN
+        .into_iter()
+        .zip([600.0, 100.0, 10.0, 50.0])
+    {
         assert_eq!(said(name, &machine), None, "{name}");
         let file = PathFile::built_in(name).expect("known").expect("valid");
         let start = Kinematics::new(&machine)

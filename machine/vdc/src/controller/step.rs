@@ -34,6 +34,7 @@ impl Controller {
         }
         let omega = settings.gains.omega_speed;
         let input = &self.state.joints.with_observed_rates(input, omega);
+        let evaluated = self.state.motion_time(settings.gains.settle_time);
         match self.timing {
             Timing { delay: 1.., .. } => self.step_delayed(now, settings, input, t, h)?,
             Timing { sample_time, .. } if sample_time > 0.0 => {
@@ -49,8 +50,23 @@ impl Controller {
             let joints = &mut self.state.joints;
             *joints = joints.advanced(zeta, rate, &machine.zeta_ddot_r, omega, h);
         }
+        self.learn_lap(now, settings, evaluated, h);
         self.take_over_load(settings);
         Ok(())
+    }
+
+    /// Learns from the error of `now`, which was evaluated `t` s after the reference's start, over the step
+    /// `h`, s.
+    fn learn_lap(&mut self, now: &Evaluation, settings: &Settings, t: f64, h: f64) {
+        let (Some(laps), Some(machine)) = (&mut self.laps, &now.machine) else {
+            return;
+        };
+        let counts = self.state.supervisor.stage() < Stage::Frozen
+            && !now.is_at_limit(&self.nominal.tau_wrist_max)
+            && !now.is_at_force_limit();
+        let age = settings.gains.reading_age;
+        let error = machine.desired.earlier(age).position - machine.tip;
+        laps.add(settings.learning, counts, &error, t - age, h);
     }
 
     /// Sets the known load to that of the path, if the settings allow.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::runs::ended_run::{EndedRun, Fate};
-use crate::runs::grid::Case;
+use crate::runs::grid::{Case, Spread};
 use crate::runs::run_store::RunStore;
 use crate::setup::start_values::{Law, trajectory_settings};
 
@@ -70,6 +70,23 @@ pub fn run(
     cases.into_par_iter().map(one).collect()
 }
 
+/// Medians of the known error of each lap, m, and the last one's over the first one's of all runs that
+/// were kept; None of a path without several laps.
+pub fn laps(draws: &[DrawnRun]) -> Option<(Vec<f64>, Spread)> {
+    let laps: Vec<&[f64]> = draws.iter().map(|draw| &draw.run.laps[..]).collect();
+    let count = laps
+        .iter()
+        .map(|laps| laps.len())
+        .max()
+        .filter(|n| *n > 1)?;
+    let of_lap = |k: usize| laps.iter().filter_map(move |laps| laps.get(k).copied());
+    let medians = (0..count).map(|k| Spread::from_values(of_lap(k)).median);
+    let ratios = of_lap(count - 1)
+        .zip(of_lap(0))
+        .map(|(last, first)| last / first);
+    Some((medians.collect(), Spread::from_values(ratios)))
+}
+
 /// Makes the verdict bad where runs are lost or a rod force exceeds [`FORCE_BOUND`].
 pub fn judge(draws: &[DrawnRun], verdict: &mut Verdict) {
     let all = draws.len();
@@ -91,18 +108,31 @@ pub fn judge(draws: &[DrawnRun], verdict: &mut Verdict) {
 mod tests {
     use super::*;
 
+    /// Of runs that were not kept there are no laps.
+    #[test]
+    fn laps_are_compared_with_the_first() {
+        let draw = |laps: &[f64]| DrawnRun {
+            case: String::new(),
+            run: EndedRun {
+                laps: laps.to_vec(),
+                ..EndedRun::default()
+            },
+        };
+        let draws = [draw(&[4.0, 3.0, 1.0]), draw(&[]), draw(&[2.0, 1.0, 3.0])];
+        let (medians, ratios) = laps(&draws).expect("laps");
+        assert_eq!(medians, [3.0, 2.0, 2.0]);
+        assert_eq!((ratios.median, ratios.worst), (0.875, 1.5));
+        assert!(laps(&[draw(&[1.0])]).is_none());
+    }
+
     #[test]
     fn fates_and_forces_are_counted_apart() {
         let draw = |fate, force| DrawnRun {
             case: format!("{force}"),
             run: EndedRun {
                 fate,
-                why: String::new(),
-                rmse: None,
                 force,
-                load: 0.0,
-                swing: 0.0,
-                time: 1.0,
+                ..EndedRun::default()
             },
         };
         let draws = [

@@ -9,11 +9,12 @@ use cosim::cli::{output, print};
 
 use crate::analyses::draws::{self, Counts, FORCE_BOUND};
 use crate::print::output::{conditions, finish, with_progress};
-use crate::runs::grid::{ALL_TRAJECTORIES, Spread};
+use crate::runs::grid::{Spread, TRAJECTORIES};
 use crate::runs::run_store::RunStore;
 use crate::setup::run_setup::MachineArgs;
-use crate::setup::start_values::{Law, MODES};
+use crate::setup::start_values::{Law, MODES, is_path};
 use crate::worlds::{World, cases};
+use tip_path::BUILT_IN;
 
 #[derive(Args)]
 pub struct DrawsArgs {
@@ -34,8 +35,8 @@ pub struct DrawsArgs {
     /// Controller
     #[arg(long, value_parser = MODES, default_value = "adaptive_integral")]
     mode: String,
-    /// Trajectory of the tip
-    #[arg(long, value_parser = ALL_TRAJECTORIES, default_value = "triangular")]
+    /// Trajectory of the tip: cubic, triangular, or a path: a file or a built-in one, such as six-joints or iso9283-rectangle:6
+    #[arg(long, value_parser = trajectory, default_value = "triangular")]
     trajectory: String,
     /// Keep runs in this folder and reuse those that are there, to continue an interrupted command
     #[arg(long, value_name = "DIR")]
@@ -43,6 +44,18 @@ pub struct DrawsArgs {
     /// Also write all runs to this JSON file
     #[arg(long, value_name = "FILE", value_parser = output())]
     json: Option<PathBuf>,
+}
+
+/// A trajectory of the paper, or a path.
+fn trajectory(text: &str) -> Result<String> {
+    let is_known = TRAJECTORIES.contains(&text) || is_path(text);
+    ensure!(
+        is_known,
+        "it must be {}, a built-in path ({}) or a file that there is",
+        TRAJECTORIES.join(", "),
+        BUILT_IN.join(", ")
+    );
+    Ok(text.into())
 }
 
 /// Counts the drawn machines that are kept, stopped and lost.
@@ -80,6 +93,15 @@ pub fn draws(args: &DrawsArgs) -> Result<Verdict> {
         1e3 * error.median,
         1e3 * error.worst,
     ))?;
+    if let Some((medians, ratio)) = draws::laps(&runs) {
+        let medians: Vec<_> = medians.iter().map(|m| format!("{:.3}", 1e3 * m)).collect();
+        print(format!(
+            "known error of each lap, median: {} mm; of the last over that of the first: median {:.2}, worst {:.2}\n",
+            medians.join(", "),
+            ratio.median,
+            ratio.worst
+        ))?;
+    }
     draws::judge(&runs, &mut verdict);
     store.report_unused();
     found["bounds"] = args.bounds.into();

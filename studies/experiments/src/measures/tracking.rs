@@ -38,7 +38,7 @@ pub struct PositionError {
 }
 
 /// Tracking errors of a run.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Tracking {
     /// Error that the controller could have known.
     pub known: PositionError,
@@ -53,6 +53,9 @@ pub struct Tracking {
     /// Deflection, if the plant bends.
     #[serde(skip_serializing_if = "Option::is_none", rename = "bent")]
     pub sag: Option<Sag>,
+    /// Root mean square of the known error of each lap, m, on a path of equal laps.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub laps: Vec<f64>,
 }
 
 /// Deflection of a plant that bends.
@@ -100,6 +103,8 @@ pub struct Evaluation {
     tip: Vec<Port>,
     /// Rigid tip of a plant that bends; empty for other plants.
     rigid: Vec<Port>,
+    /// Lap under way.
+    lap: Option<Port>,
     /// The controller's kinematics.
     tree: Tree,
     /// Communication points by which the desired pose is ahead of the other values.
@@ -138,6 +143,7 @@ impl Evaluation {
             zeta: [system.elements(plant, "zeta", JOINTS)?, measured],
             tip: arrays(plant, &tip)?,
             rigid: (system.elements(plant, "tip.rigid_position", 3)).unwrap_or_default(),
+            lap: system.port_of(controller, "lap").ok(),
             tree: Tree::new(&nominal.machine)?,
             // A delay of one step is predicted over: those outputs belong to the point of reading.
             late: (delay - 1.0).max(0.0) as usize,
@@ -148,6 +154,7 @@ impl Evaluation {
     pub fn ports(&self) -> Vec<Port> {
         let mut ports = [&self.desired[..], &self.zeta[0], &self.tip, &self.rigid].concat();
         ports.extend(self.zeta[1].iter().filter(|p| !self.zeta[0].contains(p)));
+        ports.extend(self.lap);
         ports
     }
 
@@ -169,6 +176,8 @@ impl Evaluation {
         let mut sums = [Sum::default(); 3];
         let mut orientation = Distance::default();
         let mut speed: f64 = 0.0;
+        let lap = self.lap.map(|port| recording.column(port)).transpose()?;
+        let mut laps: Vec<Distance> = Vec::new();
         let (mut to_rigid, mut sagging) = (Sum::default(), Distance::default());
         for (k, _) in recording.times.iter().enumerate().skip(first) {
             let seen = k.saturating_sub(self.late);
@@ -178,6 +187,11 @@ impl Evaluation {
                 Tip::new(tree, &tree.configuration(&zeta)).position
             };
             let places = [own(1.0), own(0.0), vector(&tip, k)];
+            let number = lap.map_or(0, |lap| lap[seen] as usize);
+            if number > 0 {
+                laps.resize(laps.len().max(number), Distance::default());
+                laps[number - 1].add((reference - places[0]).norm());
+            }
             for (sum, place) in sums.iter_mut().zip(places) {
                 sum.add(reference - place);
             }
@@ -191,6 +205,7 @@ impl Evaluation {
         }
         let [known, joints, plant] = sums.map(|sum| sum.error());
         Ok(Tracking {
+            laps: laps.iter().map(Distance::rms).collect(),
             known,
             joints,
             plant,

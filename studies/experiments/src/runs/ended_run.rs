@@ -49,6 +49,9 @@ pub struct EndedRun {
     pub why: String,
     /// Root mean square of the known tip error over the motion, m, if the run was kept.
     pub rmse: Option<f64>,
+    /// The same of each lap, m, on a path of equal laps.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub laps: Vec<f64>,
     /// Largest rod force divided by the rated force, or by a larger limit of the controller.
     pub force: f64,
     /// Largest moving mean of a rod's force until braking, divided by the rated force.
@@ -97,13 +100,13 @@ impl EndedRun {
         let time = *run.as_ref().unwrap_or(&watch.time);
         let ended = run.err().map(|error| (Fate::Lost, format!("{error:#}")));
         let (fate, why) = (watch.ended.take().or(ended)).unwrap_or((Fate::Kept, String::new()));
-        let rmse = match fate {
+        let (rmse, laps) = match fate {
             Fate::Kept => {
                 let start = motion_start(system, experiment)?;
                 let tracking = evaluation.evaluate(&recording, start)?;
-                Some(tracking.known.rmse)
+                (Some(tracking.known.rmse), tracking.laps)
             }
-            Fate::Stopped | Fate::Lost => None,
+            Fate::Stopped | Fate::Lost => (None, Vec::new()),
         };
         let rods = watch.swings.rods.iter();
         let swing = rods.map(|rod| rod.rms).fold(0.0, f64::max);
@@ -111,6 +114,7 @@ impl EndedRun {
             fate,
             why,
             rmse,
+            laps,
             force: watch.force,
             load: watch.load,
             swing,

@@ -3,10 +3,11 @@
 //! analysis replaces such values: one of the two would have no effect.
 
 use std::fmt::Display;
+use std::path::Path;
 
 use anyhow::{Result, bail};
 use cosim::{Experiment, Port, Setting, System};
-use tip_path::{PathFile, SIX_JOINTS};
+use tip_path::PathFile;
 
 /// Modes of the controller.
 pub const MODES: [&str; 8] = [
@@ -73,9 +74,14 @@ fn conflict(system: &System, port: Port, origin: &str) -> String {
     format!("`{name}` is set ({origin}), but this command varies it itself, so it must not be set")
 }
 
-/// The start values with which the controller follows a built-in trajectory.
+/// Whether `trajectory` is a built-in path or a file, not a trajectory of the controller's own.
+pub(crate) fn is_path(trajectory: &str) -> bool {
+    PathFile::built_in(trajectory).is_some() || Path::new(trajectory).is_file()
+}
+
+/// The start values with which the controller follows one of its trajectories, or a path.
 pub fn trajectory_settings(system: &System, trajectory: &str) -> Result<Vec<Setting>> {
-    if trajectory == SIX_JOINTS {
+    if is_path(trajectory) {
         return path_settings(system, trajectory);
     }
     Ok(vec![system.setting("trajectory", trajectory)?])
