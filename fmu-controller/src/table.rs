@@ -354,6 +354,6 @@ pub(crate) const VARIABLES: &[V] = &[
         .unit("1").range(0.0..=1.0),
     row!(V, integer_output lap, "lap of a path of equal laps that is under way, counted from 1; 0: none")
         .depends_on(&[]).initially_depends_on(&[ALL_PARAMETERS]),
-    of_start(row!(V, outputs learnt.shift = learnt_shift, "shift of the tip's position, in the world, that was learnt on the laps before")
-        .unit("m").display_unit("mm")),
+    row!(V, outputs learnt.shift = learnt_shift, "shift of the tip's position, in the world, that was learnt on the laps before")
+        .unit("m").display_unit("mm").depends_on(&[]).initially_depends_on(&[]).discrete(),
 ];

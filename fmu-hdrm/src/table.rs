@@ -169,6 +169,8 @@ pub(crate) const VARIABLES: &[V] = &[
     row!(V, boolean_inputs wrist.brake = u.wrist_brake, "whether the wrist's brakes are applied: they hold up to brake.torque").not_in_evaluation(),
     row!(V, parameter brake.closing_time in options, "time from the command of a brake of the wrist until its torque acts; it opens at once").unit("s").display_unit("ms").range(0.0..=10.0),
     row!(V, parameters brake.torque in options, "torque up to which the brakes of the wrist hold, and with which they slip").unit("N.m").range(1e-6..=1e7),
+    row!(V, parameters wrist.asymmetry in options, "wrist: share by which dry friction is larger at positive, and smaller at negative rates").unit("1").range(-0.99..=0.99),
+    row!(V, parameter joint_dry.asymmetry in options, "the same of slew, lift and tilt joint").unit("1").range(-0.99..=0.99),
 ];
 
 #[rustfmt::skip]

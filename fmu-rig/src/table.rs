@@ -234,4 +234,5 @@ const CURRENT_LOOP: &[V] = &[
     row!(V, parameter current_loop.K_p = regulator.K_p, "proportional gain of its current loop").unit("V/A").range(0.0..=1e6),
     row!(V, parameter current_loop.K_i = regulator.K_i, "integral gain of its current loop").unit("V/(A.s)").range(0.0..=1e9),
     row!(V, parameter brake.closing_time in of_machine, "time from the brake's command until its torque acts; it opens at once").unit("s").range(0.0..=10.0).display_unit("ms"),
+    row!(V, parameter friction.asymmetry in extras, "share by which dry friction is larger on the way out, and smaller on the way in").unit("1").range(-0.99..=0.99),
 ];

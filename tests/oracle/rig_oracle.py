@@ -31,6 +31,7 @@ X = {
     "friction": {
         **{"breakaway": 1.3, "v_stribeck": 5e-3, "stiffness": 2e8, "damping": 2e5, "screw_drag": 0.5, "screw_loss": 0.026},
         **{"seal": 260.0, "gear_drag": 0.14, "gear_viscous": 0.0012, "gear_loss": 0.05, "windage": 4e-6, "f_smooth": 900.0},
+        "asymmetry": 0.0,
     },
     "backlash": {"width": 40e-6, "contact": 5e-6},
     "compliance": {"mount": 6e7, "torsion": 2e4},
@@ -113,6 +114,7 @@ def sliding(v, F):
     f = X["friction"]
     idle = (P["tau_C"] + f["gear_drag"]) / TRAVEL + f["screw_drag"] / LEAD + f["seal"]
     loaded = idle + (f["screw_loss"] + f["gear_loss"]) * F**2 / math.hypot(F, f["f_smooth"])
+    loaded *= 1 + f["asymmetry"] * math.copysign(1, v)
     return loaded * (1 + (f["breakaway"] - 1) * math.exp(-((v / f["v_stribeck"]) ** 2)))
 
 

@@ -121,6 +121,9 @@ pub struct Friction {
     pub windage: f64,
     /// Force over which the load-dependent friction sets in, N.
     pub f_smooth: f64,
+    /// Dry friction out is 1 + a times, in 1 − a times what the other values say.
+    #[serde(default)]
+    pub asymmetry: f64,
 }
 
 /// Play between nut and rod.
@@ -230,6 +233,7 @@ impl Extras {
             gear_loss: 0.05,
             windage: 4e-6,
             f_smooth: 900.0,
+            asymmetry: 0.0,
         },
         backlash: Backlash {
             on: true,
@@ -321,6 +325,14 @@ impl Extras {
         )?;
         let (breakaway, rule) = (self.friction.breakaway, "finite and ≥ 1");
         require("friction.breakaway", breakaway, rule, breakaway >= 1.0)?;
+        let asymmetry = self.friction.asymmetry;
+        let is_within = asymmetry.abs() < 1.0;
+        require(
+            "friction.asymmetry",
+            asymmetry,
+            "between -1 and 1",
+            is_within,
+        )?;
         let offset = self.switching.offset;
         require(
             "switching.offset",

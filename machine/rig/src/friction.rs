@@ -105,14 +105,15 @@ impl Rig {
     }
 
     /// Dry friction g(v) in steady sliding under the load `F_nut`, N: of bearings, gear, preloaded
-    /// screw and seals, and the load-dependent part of screw and mesh; at rest the breakaway force.
-    fn sliding(&self, F_nut: f64, slow: f64) -> f64 {
+    /// screw and seals, and the load-dependent part of screw and mesh; at rest the breakaway force. The
+    /// nut moves in the `direction` 1 (out) or −1.
+    fn sliding(&self, F_nut: f64, slow: f64, direction: f64) -> f64 {
         let (p, f) = (&self.p, &self.extra.friction);
         let idle = (p.tau_C + f.gear_drag) / self.travel() + f.screw_drag / self.lead() + f.seal;
         // |F| with a round corner at 0.
         let load = F_nut * F_nut / (F_nut * F_nut + f.f_smooth * f.f_smooth).sqrt();
         let coulomb = idle + (f.screw_loss + f.gear_loss) * load;
-        coulomb * (1.0 + (f.breakaway - 1.0) * slow)
+        coulomb * (1.0 + f.asymmetry * direction) * (1.0 + (f.breakaway - 1.0) * slow)
     }
 
     /// ```text
@@ -121,7 +122,7 @@ impl Rig {
     fn bristle(&self, v: f64, F_nut: f64, z: f64) -> Bristle {
         let f = &self.extra.friction;
         let slow = self.slow(v);
-        let z_dot = v - f.stiffness * v.abs() / self.sliding(F_nut, slow) * z;
+        let z_dot = v - f.stiffness * v.abs() / self.sliding(F_nut, slow, v.signum()) * z;
         let force = f.stiffness * z + f.damping * slow * z_dot;
         Bristle {
             force,
@@ -136,7 +137,7 @@ impl Rig {
         if !self.extra.friction.on {
             return 0.0;
         }
-        let sliding = self.sliding(F_nut, self.slow(v)) / self.extra.friction.stiffness;
+        let sliding = self.sliding(F_nut, self.slow(v), v.signum()) / self.extra.friction.stiffness;
         let share = -libm::expm1(-v.abs() * dt / sliding);
         z + share * (sliding.copysign(v) - z)
     }
@@ -146,7 +147,7 @@ impl Rig {
         if !self.extra.friction.on || v == 0.0 {
             return 0.0;
         }
-        (self.sliding(F_nut, self.slow(v)) / self.extra.friction.stiffness).copysign(v)
+        (self.sliding(F_nut, self.slow(v), v.signum()) / self.extra.friction.stiffness).copysign(v)
     }
 
     /// Energy in the bristles, J.
@@ -166,10 +167,21 @@ mod tests {
         let rig = Rig::as_built();
         let travel = 0.016 / std::f64::consts::TAU / 6.0;
         let idle = (0.6 + 0.14) / travel + 0.5 / (6.0 * travel) + 260.0;
-        assert!((rig.sliding(0.0, 0.0) - idle).abs() < 1e-9);
-        let loaded = rig.sliding(40e3, 0.0);
+        assert!((rig.sliding(0.0, 0.0, 1.0) - idle).abs() < 1e-9);
+        let loaded = rig.sliding(40e3, 0.0, 1.0);
         assert!((loaded - idle - 0.076 * 40e3).abs() < 1.0, "{loaded}"); // the corner leaves 0.3 ‰
-        assert!((rig.sliding(40e3, rig.slow(0.0)) / loaded - 1.3).abs() < 1e-12);
+        assert!((rig.sliding(40e3, rig.slow(0.0), 1.0) / loaded - 1.3).abs() < 1e-12);
+    }
+
+    /// Steady friction out and in has the ratio (1 + a)/(1 − a), and a mean as without a.
+    #[test]
+    fn friction_may_depend_on_the_direction() {
+        let mut rig = Rig::as_built();
+        let even = rig.steady_deflection(0.05, 20e3);
+        rig.extra.friction.asymmetry = 0.2;
+        let [out, inward] = [0.05, -0.05].map(|v| rig.steady_deflection(v, 20e3).abs());
+        assert!((out / inward - 1.5).abs() < 1e-12);
+        assert!((0.5 * (out + inward) / even - 1.0).abs() < 1e-12);
     }
 
     /// The exact step is that of a thousand parts of it, and of the differential equation (midpoint
@@ -214,7 +226,7 @@ mod tests {
         for k in -400..=400 {
             let v = 0.5 * (f64::from(k) / 400.0).powi(3);
             for F in [0.0, 5e3, -70e3] {
-                let largest = rig.sliding(F, 1.0) / rig.extra.friction.stiffness;
+                let largest = rig.sliding(F, 1.0, 1.0) / rig.extra.friction.stiffness;
                 for part in [-1.0, -0.6, -0.1, 0.0, 0.3, 0.9, 1.0] {
                     let loss = rig.bristle(v, F, part * largest).loss;
                     assert!(loss >= -1e-9, "v = {v}, F = {F}, part {part}: {loss} W");

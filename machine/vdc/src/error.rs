@@ -61,7 +61,7 @@ pub enum ControllerError {
     },
     /// `learning` without laps to learn from.
     #[error(
-        "`learning` = {0} needs a path of equal laps, of 0.6 s or more each: `trajectory` = path with a file that has `laps`"
+        "`learning` = {0} needs a path of equal laps, of more than 1.1 s each: `trajectory` = path with a file that has `laps`"
     )]
     NoLaps(f64),
     /// A command, or another output, became infinite or NaN.

@@ -21,6 +21,8 @@ pub struct DryFriction {
     pub torque: [f64; JOINTS],
     /// Breakaway torque over Coulomb friction.
     pub breakaway: f64,
+    /// a: at positive rates friction is 1 + a times, at negative ones 1 − a times that.
+    pub asymmetry: f64,
 }
 
 impl Default for DryFriction {
@@ -28,6 +30,7 @@ impl Default for DryFriction {
         Self {
             torque: [0.0; JOINTS],
             breakaway: 1.0,
+            asymmetry: 0.0,
         }
     }
 }
@@ -36,12 +39,19 @@ impl DryFriction {
     pub(crate) fn check(&self) -> Result<(), ParamError> {
         check_each(Range::NotNegative, "joint_dry.torque", &self.torque)?;
         let (breakaway, rule) = (self.breakaway, "finite and ≥ 1");
-        require("joint_dry.breakaway", breakaway, rule, breakaway >= 1.0)
+        require("joint_dry.breakaway", breakaway, rule, breakaway >= 1.0)?;
+        let (asymmetry, rule) = (self.asymmetry, "between -1 and 1");
+        require(
+            "joint_dry.asymmetry",
+            asymmetry,
+            rule,
+            asymmetry.abs() < 1.0,
+        )
     }
 
     /// Torque against the rate `w`, rad/s, of joint `i`, and its derivative by the rate:
     /// ```text
-    /// τ = τ_C (1 + (b − 1) e^(−(w/w_S)²)) tanh(w/w_0)
+    /// τ = τ_C (1 + (b − 1) e^(−(w/w_S)²)) r (1 + a r),   r = tanh(w/w_0)
     /// ```
     pub(crate) fn torque(&self, i: usize, w: f64) -> (f64, f64) {
         let coulomb = self.torque.get(i).copied().unwrap_or(0.0);
@@ -51,14 +61,17 @@ impl DryFriction {
         let ratio = w / W_STRIBECK;
         let more = (self.breakaway - 1.0) * libm::exp(-ratio * ratio);
         let round = libm::tanh(w / W_ROUND);
-        let by_w = (1.0 + more) * (1.0 - round * round) / W_ROUND
-            - 2.0 * ratio / W_STRIBECK * more * round;
-        (coulomb * (1.0 + more) * round, coulomb * by_w)
+        let uneven = 1.0 + self.asymmetry * round;
+        let steeper = 1.0 + 2.0 * self.asymmetry * round;
+        let by_w = (1.0 + more) * (1.0 - round * round) / W_ROUND * steeper
+            - 2.0 * ratio / W_STRIBECK * more * round * uneven;
+        (coulomb * (1.0 + more) * round * uneven, coulomb * by_w)
     }
 
-    /// Largest slope of joint `i`, N·m·s/rad, at zero rate.
+    /// Bound of the slope of joint `i`, N·m·s/rad: that at zero rate, more by a at one side of it.
     pub(crate) fn steepest(&self, i: usize) -> f64 {
-        self.torque.get(i).copied().unwrap_or(0.0) * self.breakaway / W_ROUND
+        let coulomb = self.torque.get(i).copied().unwrap_or(0.0);
+        coulomb * self.breakaway * (1.0 + self.asymmetry.abs()) / W_ROUND
     }
 }
 
@@ -69,7 +82,27 @@ mod tests {
     const FRICTION: DryFriction = DryFriction {
         torque: [310.0, 170.0, 0.0],
         breakaway: 1.5,
+        asymmetry: 0.0,
     };
+
+    /// Friction by direction has the ratio (1 + a)/(1 − a); its slope is that of differences, with an error of
+    /// (h/w_0)² at most.
+    #[test]
+    fn it_may_depend_on_the_direction() {
+        let uneven = DryFriction {
+            asymmetry: 0.2,
+            ..FRICTION
+        };
+        let [out, back] = [0.5, -0.5].map(|w| uneven.torque(0, w).0);
+        assert!((out / back + 1.5).abs() < 1e-12, "{out} {back}");
+        let h = 1e-4 * W_ROUND;
+        for w in [-2e-3, -1e-4, 0.0, 3e-4, 8e-3] {
+            let [before, after] = [w - h, w + h].map(|w| uneven.torque(0, w).0);
+            let slope = (after - before) / (2.0 * h);
+            assert!((slope - uneven.torque(0, w).1).abs() < 1e-6 * uneven.steepest(0));
+            assert!(slope <= uneven.steepest(0));
+        }
+    }
 
     /// Far above the Stribeck rate Coulomb friction is left; just above rest nearly the breakaway
     /// torque is reached (tanh 3 = 0.995, and the Stribeck curve has fallen by 2 %); it is odd.

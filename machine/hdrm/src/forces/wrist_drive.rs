@@ -5,7 +5,7 @@
 //! Control*, chapter on elastic joints; J. J. Moreau's time stepping for dry friction.
 
 use crate::forces::saturate::saturate;
-use model_rules::{ParamError, Range, check, check_each};
+use model_rules::{ParamError, Range, check, check_each, require};
 use serde::{Deserialize, Serialize};
 
 const JOINTS: usize = 3;
@@ -29,6 +29,8 @@ pub struct WristDrive {
     pub lag: f64,
     /// Dry friction, N·m.
     pub friction: [f64; JOINTS],
+    /// a: at positive rates friction is 1 + a times, at negative ones 1 − a times that.
+    pub asymmetry: [f64; JOINTS],
     /// Whole backlash of the gears, rad.
     pub play: f64,
     /// Stiffness of the gears, N·m/rad.
@@ -74,6 +76,7 @@ impl WristDrive {
         on: false,
         lag: 5e-3,
         friction: [80.0, 80.0, 25.0],
+        asymmetry: [0.0; JOINTS],
         play: 0.2 * std::f64::consts::PI / 180.0,
         stiffness: [1e6, 1e6, 2e5],
         inertia: [10.0, 10.0, 2.0],
@@ -83,6 +86,10 @@ impl WristDrive {
         let sizes = [("wrist.lag", self.lag), ("wrist.play", self.play)];
         check(Range::NotNegative, sizes)?;
         check_each(Range::NotNegative, "wrist.friction", &self.friction)?;
+        for asymmetry in self.asymmetry {
+            let is_within = asymmetry.abs() < 1.0;
+            require("wrist.asymmetry", asymmetry, "between -1 and 1", is_within)?;
+        }
         check_each(Range::Positive, "wrist.stiffness", &self.stiffness)?;
         check_each(Range::Positive, "wrist.inertia", &self.inertia)
     }
@@ -128,9 +135,11 @@ impl WristDrive {
         if self.lag > 0.0 { now.motor } else { command }
     }
 
-    /// Dry friction of motor `i`, N·m, with that of a brake of the torque `brake`.
-    fn friction(&self, i: usize, now: &WristState, brake: f64) -> f64 {
-        self.friction[i] + if now.holds { brake } else { 0.0 }
+    /// Dry friction of motor `i`, N·m, against the `direction` 1 or −1, with that of a brake of the torque
+    /// `brake`.
+    fn friction(&self, i: usize, now: &WristState, brake: f64, direction: f64) -> f64 {
+        let own = self.friction[i] * (1.0 + self.asymmetry[i] * direction);
+        own + if now.holds { brake } else { 0.0 }
     }
 
     /// Time derivative of drive `i`, for Model Exchange; `brake` is the torque of its brake, N·m.
@@ -141,7 +150,7 @@ impl WristDrive {
         [command, brake]: [f64; 2],
         slip: f64,
     ) -> WristState {
-        let friction = self.friction(i, now, brake);
+        let friction = self.friction(i, now, brake, slip);
         let left = self.torque(now, command) - now.transmitted - slip * friction;
         let rests = slip == 0.0 && friction > 0.0;
         let lags = self.lag > 0.0;
@@ -172,7 +181,8 @@ impl WristDrive {
         slip: f64,
     ) -> Option<f64> {
         let net = self.torque(now, command) - now.transmitted;
-        let friction = self.friction(i, now, brake);
+        let direction = if slip == 0.0 { net.signum() } else { slip };
+        let friction = self.friction(i, now, brake, direction);
         (friction > 0.0).then(|| match slip {
             0.0 => friction - net.abs(),
             _ => slip * now.rate + AT_REST,
@@ -189,8 +199,7 @@ impl WristDrive {
         [command, brake]: [f64; 2],
         slip: f64,
     ) -> f64 {
-        let friction = self.friction(i, now, brake);
-        if friction == 0.0 {
+        if self.friction(i, now, brake, 0.0) == 0.0 {
             return 0.0;
         }
         if slip * now.rate > 0.0 || (slip == 0.0 && now.rate != 0.0) {
@@ -198,7 +207,7 @@ impl WristDrive {
         }
         now.rate = 0.0;
         let net = self.torque(now, command) - now.transmitted;
-        if net.abs() >= friction {
+        if net.abs() >= self.friction(i, now, brake, net.signum()) {
             net.signum()
         } else {
             0.0
@@ -227,7 +236,6 @@ impl WristDrive {
             1.0
         };
         let (target, J) = (saturate(command, limit), self.inertia[i]);
-        let friction = self.friction(i, from, brake);
         let mut now = *from;
         let mut impulse = 0.0;
         for k in 0..n as u32 {
@@ -236,7 +244,7 @@ impl WristDrive {
             let gear = self.gear(i, now.angle - joint, now.rate - zeta_dot);
             impulse += h * gear;
             let free = now.rate + h * (now.motor - gear) / J;
-            let most = h * friction / J;
+            let most = h * self.friction(i, from, brake, free.signum()) / J;
             now.rate = free - saturate(free, most);
             now.angle += h * now.rate;
         }
@@ -298,6 +306,28 @@ mod tests {
             now.transmitted < 0.0 && (back - now.transmitted / 1e6).abs() < 1e-9,
             "{back}"
         );
+    }
+
+    /// A motor that a torque of 1.1 times the friction moves one way stands against the other, and slips there
+    /// with what is left of 1 + a.
+    #[test]
+    fn friction_may_depend_on_the_direction() {
+        let drive = WristDrive {
+            asymmetry: [0.2; JOINTS],
+            lag: 0.0,
+            play: 0.1,
+            ..drive()
+        };
+        let after = |torque: f64| {
+            let rest = WristState::default();
+            drive
+                .advance(0, &rest, [torque, 1e6, 0.0], [0.0; 2], 0.01)
+                .rate
+        };
+        let torque = 1.1 * drive.friction[0];
+        assert_eq!(after(torque), 0.0);
+        let expected = -0.01 * (1.1 - 0.8) * drive.friction[0] / drive.inertia[0];
+        assert!((after(-torque) / expected - 1.0).abs() < 1e-12);
     }
 
     /// Without friction, play and damping that counts, motor and held joint swing with √(K/J).
