@@ -3,10 +3,10 @@
 //!
 //! Over a lap z is a closed cubic spline with N knots, a time Δ apart:
 //! ```text
-//! z(t) = Σ_j c_j B(t/Δ − j)      e_j = ∫ B(t/Δ − j) e(t + δ) dt/Δ      c_j ← (Q c)_j + γ e_j
+//! z(t) = Σ_j c_j B(t/Δ − j)      e_j = ∫ B(t/Δ − j) e(t + δ) dt/Δ      c_j ← c_j + (((Q − 1) c)_j + γ e_j)/k
 //! ```
-//! B has no phase, as the smoothing `Q = [1 4 1]/6` has none: both act on errors before and after a
-//! knot. A knot is renewed when the lap is past it, so that z stays smooth. The memory has the same
+//! k is 1 for the first two laps, then 2 and 3, and 4 for all others: what does not repeat is averaged. B has no phase, as the smoothing
+//! `Q = [1 4 1]/6` has none: both act on errors before and after a knot. A knot is renewed when the lap is past it, so that z stays smooth. The memory has the same
 //! size from the start to the end. Convergence: `docs/machine/laps.md`.
 
 use crate::reference::DesiredMotion;
@@ -21,6 +21,8 @@ const MOST: usize = 2000;
 const FEWEST: usize = 8;
 /// δ, by which the machine answers later, s.
 const LEAD: f64 = 0.06;
+/// Largest k.
+const AVERAGED: usize = 4;
 /// Largest shift along each axis, m.
 const LARGEST: f64 = 0.02;
 /// Root mean square of a lap's error over that of the first one from which on nothing is learnt any more:
@@ -180,19 +182,21 @@ impl LapMemory {
             self.time += h;
         }
         while self.renewed + 2 <= interval {
-            self.renew(self.renewed % self.knots.len(), gain);
+            let count = self.knots.len();
+            let k = (self.renewed / count).clamp(1, AVERAGED);
+            self.renew(self.renewed % count, gain, 1.0 / k as f64);
             self.renewed += 1;
         }
     }
 
-    /// Renews knot `j`, if most of its error is known.
-    fn renew(&mut self, j: usize, gain: f64) {
+    /// Renews a `share` of knot `j`, if most of its error is known.
+    fn renew(&mut self, j: usize, gain: f64, share: f64) {
         let next = self.knots[(j + 1) % self.knots.len()].shift;
         let knot = &mut self.knots[j];
         let old = knot.shift;
         if knot.weight > 0.5 && self.fades.is_none() {
-            let smooth = (self.before + old * 4.0 + next) / 6.0;
-            let shift = smooth + knot.error * (gain / knot.weight);
+            let smoother = (self.before - old * 2.0 + next) / 6.0;
+            let shift = old + (smoother + knot.error * (gain / knot.weight)) * share;
             knot.shift = shift.map(|part| part.clamp(-LARGEST, LARGEST));
         }
         (knot.error, knot.weight) = (Vector3::zeros(), 0.0);
@@ -279,13 +283,13 @@ mod tests {
         }
     }
 
-    /// A push of 1 mm with 0.25 and 0.75 Hz that repeats is gone to a tenth after five laps; one of 8 Hz,
-    /// which the machine hardly follows, is left as it is.
+    /// Closed form: of 0.25 and 0.75 Hz (1 − Q)/(1 − Q + γ S) are left, 1.3 and 12 %, together 8.5 %; the sixth lap
+    /// is there but for a quarter. A push of 8 Hz, which the machine hardly follows, is left as it is.
     #[test]
     fn what_repeats_is_learnt() {
         let repeats = |t: f64| 1e-3 * ((TAU * t / PERIOD).sin() + (3.0 * TAU * t / PERIOD).cos());
         let laps = errors(&mut memory(), 6, repeats);
-        assert!(laps[5] < 0.1 * laps[0], "{laps:?}");
+        assert!((0.08..0.115).contains(&(laps[5] / laps[0])), "{laps:?}");
         let rings = errors(&mut memory(), 6, |t| 1e-3 * (32.0 * TAU * t / PERIOD).sin());
         assert!((rings[5] / rings[0] - 1.0).abs() < 0.05, "{rings:?}");
     }
