@@ -5,8 +5,9 @@
 //! ```text
 //! z(t) = Σ_j c_j B(t/Δ − j)      e_j = ∫ B(t/Δ − j) e(t + δ) dt/Δ      c_j ← c_j + (((Q − 1) c)_j + γ e_j)/k
 //! ```
-//! k is 1 for the first two laps, then 2 and 3, and 4 for all others: what does not repeat is averaged. B has no phase, as the smoothing
-//! `Q = [1 4 1]/6` has none: both act on errors before and after a knot. A knot is renewed when the lap is past it, so that z stays smooth. The memory has the same
+//! k is 1 for the first two laps, then 2 and 3, and 4 for all others: what does not repeat is averaged.
+//! B has no phase, as the smoothing `Q = [1 4 1]/6` has none: both act on errors before and after a
+//! knot. A knot is renewed when the lap is past it, so that z stays smooth. The memory has the same
 //! size from the start to the end. Convergence: `docs/machine/laps.md`.
 
 use crate::reference::DesiredMotion;
