@@ -23,6 +23,8 @@ pub enum Range {
     NotNegative,
     /// From 0 to 1.
     Share,
+    /// Between -1 and 1, without these.
+    Asymmetry,
     /// Finite.
     Finite,
 }
@@ -35,6 +37,7 @@ impl Range {
             Self::Positive => value.is_finite() && value > 0.0,
             Self::NotNegative => value.is_finite() && value >= 0.0,
             Self::Share => (0.0..=1.0).contains(&value),
+            Self::Asymmetry => value.abs() < 1.0,
             Self::Finite => value.is_finite(),
         }
     }
@@ -46,6 +49,7 @@ impl Range {
             Self::Positive => "finite and > 0",
             Self::NotNegative => "finite and ≥ 0",
             Self::Share => "from 0 to 1",
+            Self::Asymmetry => "between -1 and 1",
             Self::Finite => "finite",
         }
     }

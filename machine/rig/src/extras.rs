@@ -122,7 +122,6 @@ pub struct Friction {
     /// Force over which the load-dependent friction sets in, N.
     pub f_smooth: f64,
     /// Dry friction out is 1 + a times, in 1 − a times what the other values say.
-    #[serde(default)]
     pub asymmetry: f64,
 }
 
@@ -315,6 +314,7 @@ impl Extras {
                 friction.damping, friction.screw_drag, friction.screw_loss, friction.seal,
                 friction.gear_drag, friction.gear_viscous, friction.gear_loss, friction.windage,
                 damping.mount, backlash.width, losses.core, losses.inverter;
+            Asymmetry: friction.asymmetry;
         }?;
         let share = self.saturation.share;
         require(
@@ -325,14 +325,6 @@ impl Extras {
         )?;
         let (breakaway, rule) = (self.friction.breakaway, "finite and ≥ 1");
         require("friction.breakaway", breakaway, rule, breakaway >= 1.0)?;
-        let asymmetry = self.friction.asymmetry;
-        let is_within = asymmetry.abs() < 1.0;
-        require(
-            "friction.asymmetry",
-            asymmetry,
-            "between -1 and 1",
-            is_within,
-        )?;
         let offset = self.switching.offset;
         require(
             "switching.offset",

@@ -142,9 +142,6 @@ impl Controller {
             .reference
             .laps()
             .map_or(0, |laps| laps.number(t) as i32);
-        if let Some(laps) = &self.laps {
-            now.output.learnt_shift = laps.shift(t)[0].into();
-        }
         now.output.load = self.reference.load(t).unwrap_or_default();
         proof::fill(&mut now, nominal, state, settings, input);
         match now.output.not_finite() {
@@ -201,8 +198,12 @@ impl Controller {
             target = Target::from_joints(motion, nominal);
         }
         let desired = target.tip;
-        if let (Some(laps), None) = (laps, &target.joints) {
-            target.tip = laps.shifted(desired, t);
+        if let Some(laps) = laps {
+            let shift = laps.shift(t);
+            now.output.learnt_shift = shift[0].into();
+            if target.joints.is_none() {
+                target.tip = desired.shifted(&shift);
+            }
         }
         let configuration = nominal.tree.configuration(&input.zeta);
         let tip = Tip::new(&nominal.tree, &configuration);

@@ -10,7 +10,6 @@
 //! knot. A knot is renewed when the lap is past it, so that z stays smooth. The memory has the same
 //! size from the start to the end. Convergence: `docs/machine/laps.md`.
 
-use crate::reference::DesiredMotion;
 use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 use tip_path::Laps;
@@ -145,17 +144,6 @@ impl LapMemory {
             first * share + z * rate,
             second * share + first * (2.0 * rate) + z * twice,
         ]
-    }
-
-    /// The desired motion, shifted.
-    pub(crate) fn shifted(&self, tip: DesiredMotion, t: f64) -> DesiredMotion {
-        let [z, first, second] = self.shift(t);
-        DesiredMotion {
-            position: tip.position + z,
-            velocity: tip.velocity + first,
-            acceleration: tip.acceleration + second,
-            ..tip
-        }
     }
 
     /// Adds the tip's error `error`, m, `t` s after the path's start, for `h` s, at the gain γ. What

@@ -4,7 +4,7 @@
 //! and friction compensation*, European Journal of Control 4(3), 1998: Coulomb friction with
 //! Stribeck effect, its jump at rest rounded.
 
-use model_rules::{ParamError, Range, check_each, require};
+use model_rules::{ParamError, Range, check, check_each, require};
 use serde::{Deserialize, Serialize};
 
 /// Joints with dry friction.
@@ -40,13 +40,7 @@ impl DryFriction {
         check_each(Range::NotNegative, "joint_dry.torque", &self.torque)?;
         let (breakaway, rule) = (self.breakaway, "finite and ≥ 1");
         require("joint_dry.breakaway", breakaway, rule, breakaway >= 1.0)?;
-        let (asymmetry, rule) = (self.asymmetry, "between -1 and 1");
-        require(
-            "joint_dry.asymmetry",
-            asymmetry,
-            rule,
-            asymmetry.abs() < 1.0,
-        )
+        check(Range::Asymmetry, [("joint_dry.asymmetry", self.asymmetry)])
     }
 
     /// Torque against the rate `w`, rad/s, of joint `i`, and its derivative by the rate:

@@ -5,7 +5,7 @@
 //! Control*, chapter on elastic joints; J. J. Moreau's time stepping for dry friction.
 
 use crate::forces::saturate::saturate;
-use model_rules::{ParamError, Range, check, check_each, require};
+use model_rules::{ParamError, Range, check, check_each};
 use serde::{Deserialize, Serialize};
 
 const JOINTS: usize = 3;
@@ -86,10 +86,7 @@ impl WristDrive {
         let sizes = [("wrist.lag", self.lag), ("wrist.play", self.play)];
         check(Range::NotNegative, sizes)?;
         check_each(Range::NotNegative, "wrist.friction", &self.friction)?;
-        for asymmetry in self.asymmetry {
-            let is_within = asymmetry.abs() < 1.0;
-            require("wrist.asymmetry", asymmetry, "between -1 and 1", is_within)?;
-        }
+        check_each(Range::Asymmetry, "wrist.asymmetry", &self.asymmetry)?;
         check_each(Range::Positive, "wrist.stiffness", &self.stiffness)?;
         check_each(Range::Positive, "wrist.inertia", &self.inertia)
     }
@@ -236,6 +233,7 @@ impl WristDrive {
             1.0
         };
         let (target, J) = (saturate(command, limit), self.inertia[i]);
+        let [back, out] = [-1.0, 1.0].map(|way| h * self.friction(i, from, brake, way) / J);
         let mut now = *from;
         let mut impulse = 0.0;
         for k in 0..n as u32 {
@@ -244,8 +242,7 @@ impl WristDrive {
             let gear = self.gear(i, now.angle - joint, now.rate - zeta_dot);
             impulse += h * gear;
             let free = now.rate + h * (now.motor - gear) / J;
-            let most = h * self.friction(i, from, brake, free.signum()) / J;
-            now.rate = free - saturate(free, most);
+            now.rate = free - saturate(free, if free < 0.0 { back } else { out });
             now.angle += h * now.rate;
         }
         now.transmitted = impulse / dt;

@@ -31,6 +31,16 @@ impl DesiredMotion {
         }
     }
 
+    /// The motion with a shift of its position, m, that has these first and second derivatives.
+    pub(crate) fn shifted(&self, [shift, first, second]: &[Vector3<f64>; 3]) -> Self {
+        Self {
+            position: self.position + shift,
+            velocity: self.velocity + first,
+            acceleration: self.acceleration + second,
+            ..*self
+        }
+    }
+
     pub(crate) fn is_moving(&self) -> bool {
         [self.velocity, self.angular_velocity] != [Vector3::zeros(); 2]
     }
