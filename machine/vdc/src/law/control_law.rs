@@ -32,6 +32,11 @@ pub(crate) trait ControlLaw: Sync {
         false
     }
 
+    /// Whether the estimates of the bodies adapt; else errors of the joints' rates carry what they lack.
+    fn adapts(&self) -> bool {
+        false
+    }
+
     /// Adapts the estimates of the bodies by `h` s with these motions held.
     fn learn(
         &self,

@@ -27,6 +27,10 @@ impl ControlLaw for ModelBased {
         true
     }
 
+    fn adapts(&self) -> bool {
+        self.adapts
+    }
+
     fn learn(
         &self,
         bodies: &mut Bodies,

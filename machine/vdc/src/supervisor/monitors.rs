@@ -16,6 +16,7 @@
 //! Differences of positions are those of rates, integrated with the forgetting times of [`COMPARED`]: so
 //! zero errors and a gain error of the geometry do not count.
 
+mod encoder;
 mod repeats;
 
 use super::cause::Cause;
@@ -24,6 +25,7 @@ use crate::reference::RateLimits;
 use crate::settings::Settings;
 use crate::signals::Input;
 use emla::maps;
+use encoder::{Encoder, LONGER, SHOWN, UNMOVED};
 use hdrm::DOF;
 use repeats::Repeats;
 use serde::{Deserialize, Serialize};
@@ -64,19 +66,6 @@ const SOFTEST: f64 = 12e6;
 /// rad. A joint of the wrist sticks at its turn, the more the less it bears; the second bears the
 /// payload, and without its encoder it runs away.
 const UNSEEN: [f64; DOF] = [0.02, 0.02, 0.02, 0.04, 0.025, 0.05];
-/// A joint sticks no more than it has shown: the multiple of the longest time, and of the most motion, for
-/// which its encoder has shown the same count, and the least of both, s and rad; readings may be lost for
-/// 50 ms. The first joint of the wrist stands where it turns back, and the last, where it hardly moves,
-/// sticks at turns that it has not made before. It has shown it when it has been watched for a time, s,
-/// before it stands, and for a multiple of that longest time.
-const LONGER: f64 = 3.0;
-const STANDS: f64 = 0.06;
-const UNMOVED: [f64; DOF] = [0.003, 0.003, 0.003, 0.012, 0.003, 0.03];
-const SHOWN: [f64; 2] = [1.0, 100.0];
-/// Part of that least motion below which a stand shows that a joint rests, not how it sticks; and the multiple
-/// of that motion for which only the other stands count, each as if it were as much shorter.
-const RESTS: f64 = 0.1;
-const CERTAIN: f64 = 2.0;
 /// Time for which no joint stands while a rod swings, s: two periods of the slowest mode.
 const SWUNG: f64 = 0.6;
 /// Torque that friction explains: over that of the rated force, and over the motor's Coulomb friction.
@@ -87,6 +76,8 @@ const STICKS: f64 = 4.0;
 /// the factor is found, s, at the start a tenth of it.
 const FACTOR: [f64; 2] = [0.55, 1.8];
 const FOUND: f64 = 2.0;
+/// Time in which it is found by what error of a joint's rate a law that does not adapt carries its load, s.
+const CARRIED: f64 = 0.5;
 /// Bandwidth of the comparisons of torque, current and rates of the wrist, 1/s: a wrist with an
 /// empty hook rings above it.
 const SMOOTHED: f64 = 50.0;
@@ -188,50 +179,6 @@ struct Way {
     force: f64,
 }
 
-/// For how long an encoder has shown the same count.
-#[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
-struct Encoder {
-    angle: f64,
-    /// Time for which it has stood, s, and motion of its joint that was wanted meanwhile, with the
-    /// forgetting time, rad: now, and at most before.
-    stands: [f64; 2],
-    most: [f64; 2],
-    /// The longest time for which it has stood with wanted motion, s.
-    stuck: f64,
-}
-
-impl Encoder {
-    /// Adds the reading after a step of `h` s, in which its joint was to move at `rate`, rad/s; the size of
-    /// the unseen motion. `unmoved` is the least motion of a stand that may be a fault, rad.
-    fn add(&mut self, angle: f64, rate: f64, unmoved: f64, h: f64) -> f64 {
-        if angle == self.angle {
-            self.stands[0] += h;
-            self.stands[1] += h * rate - share(h / FORGETS) * self.stands[1];
-        } else {
-            let [time, motion] = self.stands.map(f64::abs);
-            self.most = [self.most[0].max(time), self.most[1].max(motion)];
-            if motion > RESTS * unmoved {
-                self.stuck = self.stuck.max(time);
-            }
-            (self.angle, self.stands) = (angle, [0.0; 2]);
-        }
-        self.stands[1].abs()
-    }
-
-    /// Whether it stands as it has not done before in a machine that was watched for a time, s, with
-    /// more wanted motion than `unmoved`, rad.
-    fn is_stale(&self, looked: f64, unmoved: f64) -> bool {
-        let ([time, motion], [longest, most]) = (self.stands.map(f64::abs), self.most);
-        let is_new = |longest: f64, unmoved: f64| {
-            time > STANDS.max(LONGER * longest)
-                && motion > unmoved.max(LONGER * most)
-                && looked > SHOWN[1] * longest
-        };
-        let sticks = is_new(longest, unmoved) || is_new(self.stuck / CERTAIN, CERTAIN * unmoved);
-        sticks && looked - time > SHOWN[0]
-    }
-}
-
 /// Rates of a wrist joint, rad/s.
 #[derive(Clone, Copy, Debug, Default, Serialize, Deserialize)]
 struct WristRates {
@@ -273,6 +220,8 @@ pub(crate) struct Monitors {
     /// Time for which the machine has been watched, and for which its reference moved meanwhile, s.
     looked: f64,
     moved: f64,
+    /// Errors of the joints' rates by which a law that does not adapt carries its load, rad/s.
+    carried: [f64; DOF],
     drags: [Alarm; 3],
     /// Smoothed differences of direct and quadrature current from their commands, A.
     currents: [[f64; 2]; 3],
@@ -291,12 +240,13 @@ impl Monitors {
             self.begin(at);
         }
         self.looked += at.h;
+        let wanted = self.wanted(at);
         let alarms = [
             (Cause::Current, self.currents(at)),
             (Cause::JointRate, self.angles(at)),
             (Cause::JointEncoder, self.rods(at)),
-            (Cause::WristRate, self.wrist_runs_away(at)),
-            (Cause::Stale, self.stale(at, swings)),
+            (Cause::WristRate, self.wrist_runs_away(at, &wanted)),
+            (Cause::Stale, self.stale(at, &wanted, swings)),
             (Cause::Torque, self.torques(at)),
             (Cause::Following, self.following(at)),
         ];
@@ -319,12 +269,9 @@ impl Monitors {
                     ..Way::default()
                 }; COMPARED.len()]
             }),
-            encoders: std::array::from_fn(|j| Encoder {
-                angle: match input.zeta.get(j) {
-                    Some(angle) => *angle,
-                    None => input.theta_m.map_or(0.0, |angles| angles[j - DOF]),
-                },
-                ..Encoder::default()
+            encoders: std::array::from_fn(|j| {
+                let motor = || input.theta_m.map_or(0.0, |angles| angles[j - DOF]);
+                Encoder::at(input.zeta.get(j).copied().unwrap_or_else(motor))
             }),
             commanded: now.i_q_required,
             wrist: std::array::from_fn(|j| WristRates {
@@ -371,6 +318,20 @@ impl Monitors {
         jumps || has_model && (is_far || lasts)
     }
 
+    /// Rates that the law wants of the joints, but for what carries a load that it does not know, rad/s.
+    fn wanted(&mut self, at: &Moment) -> [f64; DOF] {
+        let required = at.now.zeta_dot_r;
+        if at.settings.mode.law().adapts() {
+            return required;
+        }
+        let found = share(at.h / CARRIED);
+        std::array::from_fn(|j| {
+            let error = required[j] - at.input.zeta_dot[j];
+            self.carried[j] += found * (error - self.carried[j]);
+            required[j] - self.carried[j]
+        })
+    }
+
     /// Whether a rod's force shows that the tip stands on something.
     fn is_pushed(&self, at: &Moment) -> bool {
         let slowest = self.ways.iter().map(|ways| ways[COMPARED.len() - 1].force);
@@ -414,9 +375,11 @@ impl Monitors {
                 way.force += forgets * (input.F[i] - way.force);
                 way.travelled += h * by_joint - forgets * way.travelled;
                 let geared = PLAY + gear * way.travelled.abs();
-                let bent = (input.F[i] - way.force).abs() / SOFTEST;
+                // A rod that pushes is shorter than its motor says, and has its play behind it.
+                let bent = (way.force - input.F[i]) / SOFTEST;
+                let given = (bent * way.differences[0].signum()).max(-0.5 * PLAY);
                 let pairs = [
-                    (by_joint, by_motor, geared + bent),
+                    (by_joint, by_motor, geared + given),
                     (by_joint, by_rod, geared),
                     (by_angle, by_motor, LAG * nominal.ratings[i][1]),
                 ];
@@ -434,7 +397,7 @@ impl Monitors {
     /// Encoders that show no motion, and readings without their noise. Where all noise of an axis is gone,
     /// it has none. A rod that swings moves all joints. How a joint sticks is not known before the reference
     /// has moved.
-    fn stale(&mut self, at: &Moment, swings: bool) -> bool {
+    fn stale(&mut self, at: &Moment, wanted: &[f64; DOF], swings: bool) -> bool {
         let (now, input, h) = (at.now, at.input, at.h);
         let mut is_on = false;
         self.moved += if now.moves { h } else { 0.0 };
@@ -444,7 +407,7 @@ impl Monitors {
         for (k, (encoder, angle)) in self.encoders.iter_mut().zip(readings).enumerate() {
             let j = k % DOF;
             let bound = if k < DOF { UNSEEN[j] } else { f64::INFINITY };
-            let unseen = encoder.add(angle, now.zeta_dot_r[j], UNMOVED[j], h);
+            let unseen = encoder.add(angle, wanted[j], UNMOVED[j], h);
             let is_stale = is_moved && encoder.is_stale(self.looked, UNMOVED[j]);
             is_on |= unseen > bound || is_stale;
             is_on |= swings && k < DOF && encoder.stands[0] > SWUNG.max(LONGER * encoder.most[0]);
@@ -516,8 +479,8 @@ impl Monitors {
     }
 
     /// Whether a joint of the wrist is faster than any command, or than what is wanted of it.
-    fn wrist_runs_away(&mut self, at: &Moment) -> bool {
-        let (now, settings, input, h) = (at.now, at.settings, at.input, at.h);
+    fn wrist_runs_away(&mut self, at: &Moment, wanted: &[f64; DOF]) -> bool {
+        let (settings, input, h) = (at.settings, at.input, at.h);
         let (limits, reached) = (RateLimits::default().joint, share(h * SMOOTHED));
         let is_settled = self.settled >= removes(settings);
         let is_looked = self.looked > SHOWN[0];
@@ -525,7 +488,7 @@ impl Monitors {
         let mut is_on = false;
         for (j, rates) in (3..DOF).zip(&mut self.wrist) {
             let (encoder, rate, limit) = (&self.encoders[j], input.zeta_dot[j], limits[j]);
-            let more = rate - now.zeta_dot_r[j];
+            let more = rate - wanted[j];
             let step = h.max(SHORTEST);
             let jumps = (rate - rates.before).abs() > JUMPS * step && more.abs() > limit;
             // The angle shows it earlier, unless readings of a moving joint were lost before.

@@ -4,6 +4,8 @@ use crate::supervisor::Supervisor;
 use emla::Surrogate;
 use machine_file::Machine;
 
+mod wrist;
+
 const H: f64 = 1e-3;
 /// Rod travel per angle, m/rad, and the rate of all joints, rad/s.
 const PRIMES: [f64; 3] = [0.3, 0.4, 0.25];
@@ -25,7 +27,7 @@ impl Watched {
     fn new() -> Self {
         let machine = Machine::reference();
         let mut settings = Settings {
-            mode: Mode::Modular,
+            mode: Mode::Adaptive,
             current_loop: true,
             ..Settings::from_gains(&machine.controller)
         };
@@ -209,7 +211,7 @@ fn an_angle_that_is_not_the_integral_of_its_rate_is_an_alarm() {
 }
 
 /// A motor that stands while the joint moves at 20 mm/s of the rod: half a millimetre after 25 ms;
-/// a force that changes with it explains more.
+/// a force that falls by 1 MN/s explains more, as the rod becomes longer, one that rises half of it.
 #[test]
 fn a_joint_that_moves_without_its_motor_is_an_alarm() {
     let slows = |size: f64, t: f64| 1.0 - size * (t / 0.02).min(1.0);
@@ -219,17 +221,24 @@ fn a_joint_that_moves_without_its_motor_is_an_alarm() {
     found(Cause::JointEncoder, 0.065, |size, t, _, input| {
         input.x_dot[1] *= slows(size, t)
     });
-    let mut watched = Watched::new();
-    let pressed = watched.cause(0.03, |t, _, input| {
-        input.w_m[1] *= slows(1.0, t);
-        input.F[1] += 1e6 * t;
-    });
-    assert_ne!(pressed.map(|(cause, _)| cause), Some(Cause::JointEncoder));
+    let after = |rate: f64| {
+        let pressed = Watched::new().cause(0.07, |t, _, input| {
+            input.w_m[1] *= slows(1.0, t);
+            input.F[1] += rate * t;
+        });
+        let of_encoder = pressed.filter(|(cause, _)| *cause == Cause::JointEncoder);
+        of_encoder.map_or(1.0, |(_, time)| time)
+    };
+    let [rises, stays, falls] = [1e6, 0.0, -1e6].map(after);
+    assert!(
+        rises < stays - 0.01 && falls > stays,
+        "{rises} {stays} {falls}"
+    );
     // The motor's angle shows that its speed is wrong: 0.35 mm after 18 ms and half of 20 ms.
     let turning = |t: f64, _: &mut Plausibility, input: &mut Input| {
         input.theta_m = Some(input.w_m.map(|speed| speed * t));
         input.w_m[1] *= slows(1.0, t);
-        input.F[1] += 1e6 * t;
+        input.F[1] -= 1e6 * t;
     };
     let (cause, time) = Watched::new().cause(0.05, turning).expect("an alarm");
     assert!(
@@ -439,73 +448,6 @@ fn a_factor_of_torque_is_found_and_its_change_is_an_alarm() {
     assert!(cause == Cause::Torque && time < 0.2, "{cause:?} {time}");
 }
 
-/// Smoothed over 20 ms, 1.5 rad/s, reached in 6 ms, exceed 0.35 rad/s after 8 ms; ringing at 233 rad/s does not with 1 rad/s,
-/// since 1/4.8 of it passes.
-#[test]
-fn a_wrist_that_runs_away_is_an_alarm() {
-    let time = found(Cause::WristRate, 0.010, |size, t, _, input| {
-        input.zeta_dot[4] = RATE + 1.5 * size * (t / 0.006).min(1.0);
-        input.zeta[4] += 1.5 * size * (t - 0.003).max(0.0);
-    });
-    assert!(time > 0.007, "{time}");
-    let rings = |t: f64, _: &mut Plausibility, input: &mut Input| {
-        input.zeta_dot[4] += (233.0 * t).sin();
-        input.zeta[4] += (1.0 - (233.0 * t).cos()) / 233.0;
-    };
-    let cause = Watched::new().cause(1.0, rings).map(|(cause, _)| cause);
-    assert_ne!(cause, Some(Cause::WristRate));
-}
-
-/// A wrist joint whose drive sets off with 600 rad/s² turns by 0.3 mrad in a millisecond, and its rate, filtered
-/// over 5 ms, does not show it yet; a coarse encoder or lost readings make such steps, too.
-#[test]
-fn a_wrist_that_sets_off_is_an_alarm_before_its_rate_shows_it() {
-    let sets_off = |rate: f64, shift: fn(u32) -> f64| {
-        let mut watched = Watched::new();
-        (0..3000).find(|k| {
-            let (mut now, mut input) = watched.healthy();
-            let t = (H * f64::from(*k) - 2.0).max(0.0);
-            now.zeta_dot_r[4] = rate;
-            input.zeta[4] = rate * H * f64::from(*k) + shift(*k) + 300.0 * t * t;
-            input.zeta_dot[4] = rate + 600.0 * t * (t / 0.01).min(1.0);
-            watched.advance(&now, &input).is_some()
-        })
-    };
-    assert_eq!(sets_off(0.05, |_| 0.0), Some(2001));
-    // Counts of 0.4 mrad.
-    let coarse = |k: u32| -0.05 * H * f64::from(k % 8);
-    assert!(sets_off(0.05, coarse) > Some(2001));
-    // From 1.5 s on every 100th reading is lost.
-    let lost = |k: u32| {
-        if k > 1500 && k.is_multiple_of(100) {
-            -0.3 * H
-        } else {
-            0.0
-        }
-    };
-    assert!(sets_off(0.3, lost) > Some(2000));
-}
-
-/// A wrist joint that its drive accelerates with 500 rad/s² is an alarm in the next step, long before
-/// its smoothed rate is; with 250 rad/s² it is not yet.
-#[test]
-fn a_wrist_that_jumps_is_an_alarm() {
-    let starts = |acceleration: f64| {
-        move |t: f64, _: &mut Plausibility, input: &mut Input| {
-            let duration = t.min(0.002);
-            input.zeta_dot[4] += acceleration * duration;
-            input.zeta[4] += acceleration * duration * (t - 0.5 * duration);
-        }
-    };
-    let (cause, time) = Watched::new().cause(0.02, starts(500.0)).expect("an alarm");
-    assert!(
-        cause == Cause::WristRate && time < 0.0015,
-        "{cause:?} {time}"
-    );
-    let slower = Watched::new().cause(0.01, starts(250.0));
-    assert_eq!(slower, None);
-}
-
 /// Speeds of a rod that change by 0.3 of the rated one within a millisecond are those of a sensor.
 #[test]
 fn a_speed_that_jumps_is_an_alarm() {
@@ -532,42 +474,6 @@ fn a_speed_that_jumps_is_an_alarm() {
         );
         assert_eq!(Watched::new().cause(0.001, by(0.1, which)), None, "{which}");
     }
-}
-
-/// Commanded rates wait for a wrist that does not follow: where a rod's force shows that it stands on
-/// something it is left to, else something errs.
-#[test]
-fn a_wrist_that_is_waited_for_stands_on_something() {
-    let is_far = |push: f64| {
-        let mut watched = Watched::new();
-        (0..2000).any(|k| {
-            let (mut now, mut input) = watched.healthy();
-            if k >= 1000 {
-                now.waits[1] = true;
-                now.tip_error[1] = 4e-5 * f64::from(k - 1000);
-                input.F[1] += push;
-            }
-            watched.steps += 1;
-            let Watched {
-                monitors,
-                nominal,
-                settings,
-                ..
-            } = &mut watched;
-            let at = Moment {
-                now: &now,
-                nominal,
-                settings,
-                input: &input,
-                h: H,
-            };
-            if k == 0 {
-                monitors.begin(&at);
-            }
-            monitors.following(&at)
-        })
-    };
-    assert!(is_far(0.0) && !is_far(-60e3));
 }
 
 /// Commanded rates wait for a joint that stands on something: an error of 0.2 m is no alarm then, a
