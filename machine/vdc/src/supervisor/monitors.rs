@@ -83,6 +83,11 @@ const CARRIED: f64 = 0.5;
 const SMOOTHED: f64 = 50.0;
 /// Current that errors of sensor and regulator explain, over the largest.
 const CURRENT: f64 = 0.05;
+/// Time for which a reference has stood where a push is no fault, for which a wrist may yield to it and come
+/// back, and for which it follows in between, s.
+const RESTED: f64 = 0.5;
+const YIELDED: f64 = 2.0;
+const FOLLOWED: f64 = 0.3;
 /// Rate of a wrist joint over the largest that is commanded: of one that finds its balance, and
 /// later beyond the wanted one: 0.53 for joints that stick at their turn, more for one that yields, as the tip
 /// stands on something. The last has the least inertia, and jumps when it no longer sticks.
@@ -220,6 +225,10 @@ pub(crate) struct Monitors {
     /// Time for which the machine has been watched, and for which its reference moved meanwhile, s.
     looked: f64,
     moved: f64,
+    /// Time for which the reference has stood, for which the wrist has yielded, and since it last did, s.
+    stood: f64,
+    yielded: f64,
+    followed: f64,
     /// Errors of the joints' rates by which a law that does not adapt carries its load, rad/s.
     carried: [f64; DOF],
     drags: [Alarm; 3],
@@ -241,14 +250,21 @@ impl Monitors {
         }
         self.looked += at.h;
         let wanted = self.wanted(at);
+        let (runs_away, is_far) = (self.wrist_runs_away(at, &wanted), self.following(at));
+        let yields = is_far || runs_away.contains(&true);
+        let may_yield = self.yields_to_push(yields, at);
+        let errs = yields && !may_yield;
+        for (errs_already, runs_away) in self.erring[3..].iter_mut().zip(runs_away) {
+            *errs_already |= errs && runs_away;
+        }
         let alarms = [
             (Cause::Current, self.currents(at)),
             (Cause::JointRate, self.angles(at)),
             (Cause::JointEncoder, self.rods(at)),
-            (Cause::WristRate, self.wrist_runs_away(at, &wanted)),
+            (Cause::WristRate, self.erring[3..].contains(&true)),
             (Cause::Stale, self.stale(at, &wanted, swings)),
             (Cause::Torque, self.torques(at)),
-            (Cause::Following, self.following(at)),
+            (Cause::Following, errs && is_far),
         ];
         let first = alarms.into_iter().find(|(_, is_on)| *is_on);
         first.map(|(cause, _)| cause)
@@ -478,15 +494,16 @@ impl Monitors {
         is_on
     }
 
-    /// Whether a joint of the wrist is faster than any command, or than what is wanted of it.
-    fn wrist_runs_away(&mut self, at: &Moment, wanted: &[f64; DOF]) -> bool {
+    /// Which joints of the wrist are faster than what is wanted of them. Those that are faster than any
+    /// command, or jump, err.
+    fn wrist_runs_away(&mut self, at: &Moment, wanted: &[f64; DOF]) -> [bool; 3] {
         let (settings, input, h) = (at.settings, at.input, at.h);
         let (limits, reached) = (RateLimits::default().joint, share(h * SMOOTHED));
         let is_settled = self.settled >= removes(settings);
         let is_looked = self.looked > SHOWN[0];
         let yields = if self.is_pushed(at) { YIELDS } else { 0.0 };
-        let mut is_on = false;
-        for (j, rates) in (3..DOF).zip(&mut self.wrist) {
+        let mut run_away = [false; 3];
+        for ((j, rates), runs_away) in (3..DOF).zip(&mut self.wrist).zip(&mut run_away) {
             let (encoder, rate, limit) = (&self.encoders[j], input.zeta_dot[j], limits[j]);
             let more = rate - wanted[j];
             let step = h.max(SHORTEST);
@@ -501,12 +518,23 @@ impl Monitors {
             rates.before = rate;
             rates.smoothed += reached * (rate - rates.smoothed);
             rates.more += reached * (more - rates.more);
-            let runs_away = rates.more.abs() > RUNAWAY[j - 3].max(yields) * limit;
-            self.erring[j] |= rates.smoothed.abs() > UNSETTLED * limit
-                || is_settled && (jumps || starts || runs_away);
-            is_on |= self.erring[j];
+            let is_fast = rates.more.abs() > RUNAWAY[j - 3].max(yields) * limit;
+            *runs_away = is_settled && (starts || is_fast);
+            self.erring[j] |= rates.smoothed.abs() > UNSETTLED * limit || is_settled && jumps;
         }
-        is_on
+        run_away
+    }
+
+    /// Whether a wrist that `yields` may do so, pushed while the reference stands.
+    fn yields_to_push(&mut self, yields: bool, at: &Moment) -> bool {
+        self.stood = if at.now.moves { 0.0 } else { self.stood + at.h };
+        self.followed = if yields { 0.0 } else { self.followed + at.h };
+        self.yielded = if self.followed < FOLLOWED {
+            self.yielded + at.h
+        } else {
+            0.0
+        };
+        self.stood > RESTED && self.yielded < YIELDED
     }
 }
 

@@ -23,10 +23,10 @@ use crate::worlds::World;
 
 /// Push, N, when it begins, and how long it lasts, s.
 const PUSH: f64 = 300.0;
-const PUSH_START: f64 = 0.8;
+const PUSH_START: f64 = 3.0;
 const PUSH_DURATION: f64 = 0.2;
 /// Length of a run, s; its last second counts, which begins 5 s after the push.
-const END: f64 = 7.0;
+const END: f64 = 9.2;
 /// Payloads over the nominal one.
 pub(crate) const LOADS: [f64; 3] = [0.0, 0.5, 1.0];
 /// Share of a joint's range that poses leave free at each end.
@@ -77,13 +77,12 @@ pub(crate) struct Rest {
     pub(crate) run: RestRun,
 }
 
+/// Joint angles, rad, and the number of the push: along +x, +y, +z, −x, −y, −z.
+pub(crate) type Pose = ([f64; DOF], usize);
+
 /// `count` random poses, in which the machine holds its nominal payload with no quantity beyond its
 /// allowed range, and the direction of the push in each.
-pub(crate) fn poses(
-    machine: &Machine,
-    seed: u64,
-    count: usize,
-) -> Result<Vec<([f64; DOF], usize)>> {
+pub(crate) fn poses(machine: &Machine, seed: u64, count: usize) -> Result<Vec<Pose>> {
     let ranges = AllowedRanges::from_machine(machine);
     let model = DemandModel::new(machine, &Payload::from_machine(machine))?;
     let even = Uniform::new_inclusive(MARGIN, 1.0 - MARGIN).expect("finite bounds");
@@ -109,7 +108,7 @@ pub(crate) fn run(
     (system, base, world): (&System, &Experiment, World),
     law: &Law,
     follows: Follows,
-    poses: &[([f64; DOF], usize)],
+    poses: &[Pose],
     store: &RunStore,
     done: impl Fn() + Sync,
 ) -> Result<Vec<Rest>> {
@@ -134,7 +133,7 @@ pub(crate) fn run(
     let points: Vec<_> = (poses.iter().enumerate())
         .flat_map(|(k, pose)| LOADS.map(|load| (k, *pose, load * nominal)))
         .collect();
-    let one = |(k, (pose, push), payload): (usize, ([f64; DOF], usize), f64)| {
+    let one = |(k, (pose, push), payload): (usize, Pose, f64)| {
         let mut settings = common.clone();
         for (j, angle) in (1..).zip(pose) {
             settings.push(system.setting(&format!("hdrm.zeta_start[{j}]"), angle)?);

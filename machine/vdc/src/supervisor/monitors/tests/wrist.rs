@@ -121,3 +121,34 @@ fn a_load_that_is_not_known_is_carried_by_an_error() {
     assert_eq!(cause(Mode::Adaptive, 2.0), Some(Cause::WristRate));
     assert_eq!(cause(Mode::Modular, 0.01), Some(Cause::WristRate));
 }
+
+/// A wrist joint that a push turns by 0.2 rad in 0.2 s and that comes back in 0.5 s is no alarm where the
+/// reference has stood; one that goes on is after 2 s, and one that has been commanded at once.
+#[test]
+fn a_push_at_rest_is_no_alarm() {
+    let cause = |moves: bool, back: f64| {
+        let mut watched = Watched::new();
+        watched.moves = moves;
+        let mut angle = 0.0;
+        let cause = (0..5000).find_map(|k| {
+            let (mut now, mut input) = watched.healthy();
+            let t = H * f64::from(k) - 1.0;
+            let rate = match t {
+                0.0..0.2 => (t / 0.05).min(1.0),
+                0.2..0.7 => back,
+                _ => 0.0,
+            };
+            angle += H * rate;
+            input.zeta_dot[4] += rate;
+            input.zeta[4] += angle;
+            now.tip_error[0] = 0.5 * angle;
+            watched.advance(&now, &input).map(|cause| (cause, t))
+        });
+        cause
+    };
+    assert_eq!(cause(false, -0.35), None);
+    let (_, time) = cause(false, 0.0).expect("an alarm");
+    assert!(time > 2.0 && time < 2.1, "{time}");
+    let (_, time) = cause(true, -0.35).expect("an alarm");
+    assert!(time < 0.05, "{time}");
+}
