@@ -26,7 +26,7 @@ const PUSH_START: f64 = 1.0;
 /// Rest after a path, s.
 const REST: f64 = 5.0;
 /// Push downwards, N, and how long it lasts, s.
-const PUSH: f64 = -1000.0;
+const PUSH: f64 = -500.0;
 const PUSH_DURATION: f64 = 0.05;
 /// Largest factor that is tried, and halvings of the logarithm between it, [`FACTOR`] and 1: to
 /// 2^(1/8), 9 %, below [`FACTOR`], and to 4^(1/8), 19 %, above.
@@ -42,7 +42,7 @@ const DELAY: f64 = 2.0;
 /// of a path that it follows.
 pub(crate) type Place = (&'static str, Option<[f64; 6]>);
 /// The place at which commanded rates of zero are followed, and the controller's trajectory there.
-const RATES: &str = "rates";
+pub(crate) const RATES: &str = "rates";
 /// All paths and poses.
 pub(crate) const PLACES: [Place; 6] = [
     ("triangular", None),
@@ -224,7 +224,67 @@ pub(crate) fn run(
         }
     }
     let one = |(law, place, payload, change): (&Law, &Place, f64, Change)| {
-        let (place, pose) = *place;
+        let placed = Placed::new((system, base), law, place, payload)?;
+        let changed = |factor| placed.limit(Some(change), factor, store);
+        let (stable, beyond) = match (placed.limit(None, 1.0, store)?, change) {
+            (Some(limit), _) => (0.0, Some((1.0, limit))),
+            (None, Change::Delay) => count(&changed)?,
+            (None, _) => bisect(&changed)?,
+        };
+        done();
+        Ok(Margin {
+            law: law.name.clone(),
+            place: place.0.into(),
+            payload,
+            change,
+            stable,
+            beyond,
+        })
+    };
+    points.into_par_iter().map(one).collect()
+}
+
+/// Whether `law` tolerates every change at its target in these places with these payloads; a rod beyond its
+/// rated force is no fault of the law's.
+pub(crate) fn tolerates_all(
+    (system, base): (&System, &Experiment),
+    law: &Law,
+    places: &[(Place, f64)],
+    store: &RunStore,
+) -> Result<bool> {
+    let changes = CHANGES.map(|(change, ..)| change);
+    let changes = || changes.into_iter().filter(|change| change.applies_to(law));
+    let placed: Vec<_> = (places.iter())
+        .map(|(place, payload)| Placed::new((system, base), law, place, *payload))
+        .collect::<Result<_>>()?;
+    let points: Vec<_> = (placed.iter())
+        .flat_map(|placed| changes().map(move |change| (placed, change)))
+        .collect();
+    let limits = points.into_par_iter().map(|(placed, change)| {
+        let limit = placed.limit(Some(change), change.target(), store)?;
+        Ok(limit != Some(Limit::Stability))
+    });
+    Ok(limits
+        .collect::<Result<Vec<bool>>>()?
+        .into_iter()
+        .all(|met| met))
+}
+
+/// A law in a place, where it is pushed, or on a path.
+struct Placed<'a> {
+    system: &'a System,
+    nominal: Experiment,
+    /// Law, place and payload.
+    name: String,
+}
+
+impl<'a> Placed<'a> {
+    fn new(
+        (system, base): (&'a System, &Experiment),
+        law: &Law,
+        (place, pose): &Place,
+        payload: f64,
+    ) -> Result<Self> {
         let mut settings = law.settings(system)?;
         for (name, value) in [
             ("hdrm.payload.mass", payload),
@@ -240,7 +300,7 @@ pub(crate) fn run(
                 settings.push(system.setting(&name, angle * PI / 180.0)?);
             }
             settings.push(system.setting("controller.settle_time", 10.0 * END)?);
-            if place == RATES {
+            if *place == RATES {
                 settings.push(system.setting("controller.trajectory", RATES)?);
             }
         } else {
@@ -253,38 +313,35 @@ pub(crate) fn run(
             let end = motion_end(system, &nominal.start(system)?);
             end.with_context(|| format!("path {place} has no end"))? + REST
         });
-        let limit = |factor: f64, change: Option<Change>| {
-            let mut experiment = nominal.clone();
-            if let Some(change) = change {
-                let changed = change.settings(system, &nominal, factor)?;
-                experiment.settings.extend(changed);
-            }
-            let what = change.map_or("as it is", Change::name);
-            let name = format!("{} {place} {payload} {what} {factor:.4}", law.name);
-            let run = store.run(&name, system, &experiment)?;
-            Ok(match run.fate == Fate::Kept {
-                true => None,
-                false if run.load > 1.0 => Some(Limit::Force),
-                false => Some(Limit::Stability),
-            })
-        };
-        let changed = |factor| limit(factor, Some(change));
-        let (stable, beyond) = match (limit(1.0, None)?, change) {
-            (Some(limit), _) => (0.0, Some((1.0, limit))),
-            (None, Change::Delay) => count(&changed)?,
-            (None, _) => bisect(&changed)?,
-        };
-        done();
-        Ok(Margin {
-            law: law.name.clone(),
-            place: place.into(),
-            payload,
-            change,
-            stable,
-            beyond,
+        let name = format!("{} {place} {payload}", law.name);
+        Ok(Self {
+            system,
+            nominal,
+            name,
         })
-    };
-    points.into_par_iter().map(one).collect()
+    }
+
+    /// What it meets with `change` by `factor`, or as it is.
+    fn limit(
+        &self,
+        change: Option<Change>,
+        factor: f64,
+        store: &RunStore,
+    ) -> Result<Option<Limit>> {
+        let mut experiment = self.nominal.clone();
+        if let Some(change) = change {
+            let changed = change.settings(self.system, &self.nominal, factor)?;
+            experiment.settings.extend(changed);
+        }
+        let what = change.map_or("as it is", Change::name);
+        let name = format!("{} {what} {factor:.4}", self.name);
+        let run = store.run(&name, self.system, &experiment)?;
+        Ok(match run.fate == Fate::Kept {
+            true => None,
+            false if run.load > 1.0 => Some(Limit::Force),
+            false => Some(Limit::Stability),
+        })
+    }
 }
 
 /// The least margin of each law and change that ends at `limit` or not at all, in the order of the

@@ -7,11 +7,14 @@
 //! best so far. After each half every law also tries the best gains of every other one, so that none
 //! is behind for gains that another has found. The cost of gains is the median plus the worst known error over the tuning machines
 //! and paths. A run that is not kept makes the cost infinite, and the remaining runs are skipped, as
-//! they are once gains are clearly behind the best so far.
+//! they are once gains are clearly behind the best so far. Gains that would be the best must also do
+//! what the shipped ones of their law do of a sample of what is asked of a machine.
 
 mod contestants;
+mod shipping;
 
 pub use contestants::{CONTESTANTS, Contestant, Model};
+pub use shipping::{Asked, Sample};
 
 use anyhow::{Context, Result};
 use cosim::{Experiment, Setting, System, start_value};
@@ -57,6 +60,8 @@ pub struct Tournament<'a> {
     pub store: &'a RunStore,
     /// Identified machines, for the laws that use them.
     pub identified: Identified,
+    /// What gains must do besides being accurate.
+    pub sample: Sample,
 }
 
 /// The tuned gains of a law.
@@ -71,6 +76,8 @@ pub struct Tuned {
     pub kept: usize,
     /// Candidates that were tried.
     pub tried: usize,
+    /// What the best ones had to do besides being accurate.
+    pub asked: Vec<Asked>,
     /// Start values of the controller.
     #[serde(skip)]
     settings: Vec<Setting>,
@@ -88,6 +95,8 @@ struct Candidate {
 /// A law while it is tuned.
 struct Tuning<'a> {
     contestant: &'a Contestant,
+    /// What is asked of its best gains, since its shipped ones do it.
+    asked: Vec<Asked>,
     best: Option<Candidate>,
     /// Candidates so far, and those that lost a run.
     tried: u64,
@@ -150,32 +159,38 @@ impl Tournament<'_> {
     /// Simulated time of a run of the shipped `contestant` on `case`, s: made to estimate how long
     /// the tournament takes.
     pub fn sample_run(&self, contestant: &Contestant, case: &Case) -> Result<f64> {
-        let (_, mut law) = self.scaled_gains(contestant, &[])?;
+        let mut law = self.scaled(contestant, &[])?.1.settings(self.system)?;
         law.extend(trajectory_settings(self.system, TUNING_PATHS[0])?);
         let experiment = case.apply((self.system, self.base), &law)?;
         Ok(EndedRun::run(self.system, &experiment)?.time)
     }
 
-    /// The gains of `contestant` with these logarithms of factors, and all start values of its
-    /// controller.
-    fn scaled_gains(
-        &self,
-        contestant: &Contestant,
-        logs: &[f64],
-    ) -> Result<(NamedValues, Vec<Setting>)> {
-        let law = Law::new(contestant.name, contestant.mode);
-        let (mut gains, mut settings) = (Vec::new(), law.settings(self.system)?);
+    /// The gains of `contestant` with these logarithms of factors, and its law with them.
+    fn scaled(&self, contestant: &Contestant, logs: &[f64]) -> Result<(NamedValues, Law)> {
+        let mut law = Law::new(contestant.name, contestant.mode);
+        let mut gains = Vec::new();
         for (group, log) in contestant.gains.iter().zip(logs) {
             for gain in *group {
-                let name = format!("controller.{gain}");
-                let port = self.system.port(&name)?;
+                let port = self.system.port(&format!("controller.{gain}"))?;
                 let shipped = start_value(self.system, &self.base.settings, port)?;
                 let value = shipped * (log * RANGE.ln()).exp();
-                settings.push(self.system.setting(&name, value)?);
+                law = law.with(gain, value);
                 gains.push(((*gain).into(), value));
             }
         }
-        Ok((gains, settings))
+        Ok((gains, law))
+    }
+
+    /// Whether a law with these gains does what is `asked` for.
+    fn ships(&self, contestant: &Contestant, logs: &[f64], asked: &[Asked]) -> Result<bool> {
+        let (_, law) = self.scaled(contestant, logs)?;
+        for asked in asked {
+            let machine = (self.system, self.base);
+            if !(self.sample).is_met_by(*asked, machine, &law, self.store)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// Runs a candidate on cases and tuning paths: None once a run is not kept. It has the errors so
@@ -187,7 +202,8 @@ impl Tournament<'_> {
         cases: &[Case],
         best: &[f64],
     ) -> Result<Option<Candidate>> {
-        let (_, law) = self.scaled_gains(contestant, &candidate.logs)?;
+        let law = self.scaled(contestant, &candidate.logs)?.1;
+        let law = law.settings(self.system)?;
         let name = format!("tune {} {}", contestant.name, candidate.k);
         candidate.errors.clear();
         for case in cases {
@@ -240,6 +256,12 @@ impl Tournament<'_> {
         done: impl Fn(),
     ) -> Result<Tuning<'a>> {
         let (groups, tried) = (contestant.gains.len(), spread_count(budget));
+        let mut asked = Vec::new();
+        for one in Asked::ALL {
+            if self.ships(contestant, &vec![0.0; groups], &[one])? {
+                asked.push(one);
+            }
+        }
         let new_candidate = |k: u64| Candidate {
             k,
             logs: candidate_logs(groups, k, budget, None),
@@ -266,9 +288,17 @@ impl Tournament<'_> {
             wanted = ranked.len().div_ceil(ONE_OF);
             field = ranked;
         }
+        let mut best = None;
+        for candidate in field {
+            if self.ships(contestant, &candidate.logs, &asked)? {
+                best = Some(candidate);
+                break;
+            }
+        }
         Ok(Tuning {
             contestant,
-            best: field.into_iter().next(),
+            asked,
+            best,
             tried,
             lost,
         })
@@ -307,7 +337,8 @@ impl Tournament<'_> {
             return Ok(());
         };
         let is_whole = found.errors.len() >= best.len();
-        if is_whole && (best.is_empty() || cost(&found.errors) < cost(best)) {
+        let is_better = is_whole && (best.is_empty() || cost(&found.errors) < cost(best));
+        if is_better && self.ships(tuning.contestant, &found.logs, &tuning.asked)? {
             tuning.best = Some(found);
         }
         Ok(())
@@ -316,13 +347,14 @@ impl Tournament<'_> {
     fn tuned(&self, tuning: Tuning) -> Result<Tuned> {
         let Tuning {
             contestant,
+            asked,
             best,
             tried,
             lost,
         } = tuning;
         let cost = best.as_ref().map(|best| cost(&best.errors));
         let logs = best.map_or(vec![0.0; contestant.gains.len()], |best| best.logs);
-        let (gains, settings) = self.scaled_gains(contestant, &logs)?;
+        let (gains, law) = self.scaled(contestant, &logs)?;
         let tried = usize::try_from(tried)?;
         Ok(Tuned {
             law: contestant.name.into(),
@@ -330,7 +362,8 @@ impl Tournament<'_> {
             cost,
             kept: tried - lost,
             tried,
-            settings,
+            asked,
+            settings: law.settings(self.system)?,
         })
     }
 
@@ -465,6 +498,7 @@ mod tests {
     fn gains_of_rivals_are_tried_as_far_as_they_go() {
         let own = Tuning {
             contestant: &CONTESTANTS[0],
+            asked: Vec::new(),
             best: Some(Candidate {
                 k: 0,
                 logs: vec![0.1, 0.2, 0.3, 0.4, 0.5],

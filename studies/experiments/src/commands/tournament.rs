@@ -13,9 +13,10 @@ use cosim::cli::{output, print};
 use crate::analyses::identification::model::Condition;
 use crate::analyses::identification::run::{Commissioning, Identified};
 use crate::analyses::tournament::{
-    self, CONTESTANTS, Contestant, Model, Row, TUNING_PATHS, Tournament, Tuned,
+    self, Asked, CONTESTANTS, Contestant, Model, Row, Sample, TUNING_PATHS, Tournament, Tuned,
 };
 use crate::print::output::{conditions, with_progress, write_json};
+use crate::runs::ended_run::EndedRun;
 use crate::runs::grid::{ALL_TRAJECTORIES, Spread};
 use crate::runs::run_store::RunStore;
 use crate::setup::run_setup::MachineArgs;
@@ -42,6 +43,13 @@ pub struct TournamentArgs {
     /// Number of machines for the report, from seed 1 on
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..=100))]
     seeds: u64,
+    /// Drives of the wrist without friction, play and lag, instead of those that are drawn
+    #[arg(long)]
+    ideal_wrist: bool,
+    /// Then tune so many of the best laws that a controller can have with twice the budget, and compare them
+    /// again: their order should not change
+    #[arg(long, default_value_t = 0, value_name = "NUMBER")]
+    again: usize,
     /// Path of the report, repeatable [default: all]
     #[arg(long = "path", value_name = "PATH", value_parser = ALL_TRAJECTORIES)]
     paths: Vec<String>,
@@ -59,27 +67,32 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     let setup = args.machine.setup().world(world).build()?;
     let (system, base, verdict) = setup.into_parts();
     let mut found = conditions(&system, &base);
-    let tuning = cases(world, &system, 101..101 + args.tuning_seeds, 1.0)?;
-    let reporting = cases(world, &system, 1..1 + args.seeds, 1.0)?;
+    let drawn = |seeds| {
+        let drawn = cases(world, &system, seeds, 1.0)?;
+        if args.ideal_wrist {
+            return drawn.without(&system, "hdrm.wrist");
+        }
+        Ok(drawn)
+    };
+    let tuning = drawn(101..101 + args.tuning_seeds)?;
+    let reporting = drawn(1..1 + args.seeds)?;
     let store = &RunStore::new(Some(&args.store))?;
     let mut contest = Tournament {
         system: &system,
         base: &base,
         store,
         identified: Identified::new(),
+        sample: Sample::draw(&system, &base)?,
     };
     let chosen = |name: &str| args.laws.is_empty() || args.laws.iter().any(|law| law == name);
     let laws: Vec<_> = CONTESTANTS.iter().filter(|c| chosen(c.name)).collect();
-    // Each law twice tries the best gains of all others.
-    let laws_count = laws.len() as u64;
-    let tries = laws_count * (args.budget + 2 * (laws_count - 1));
     let mut paths = ALL_TRAJECTORIES.to_vec();
     paths.retain(|path| args.paths.is_empty() || args.paths.iter().any(|p| p == path));
     let runs = (laws.len() * reporting.list.len() * paths.len()) as u64;
     let begun = Instant::now();
     let simulated = contest.sample_run(laws[0], &tuning.list[0])?;
     let each = begun.elapsed().as_secs_f64() / simulated * RUN;
-    let all = tries * args.tuning_seeds * TUNING_PATHS.len() as u64 + runs;
+    let all = tries(laws.len(), args.budget) * args.tuning_seeds * TUNING_PATHS.len() as u64 + runs;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let hours = each * all as f64 / cores as f64 / 3600.0;
     eprintln!(
@@ -94,18 +107,47 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
         found["excitation"] = serde_json::to_value(commissioning.condition())?;
         eprintln!("{}", identification(&commissioning, &contest.identified));
     }
-    let results = with_progress(tries, "candidates", |done| {
-        contest.tune(&laws, &tuning.list, args.budget, done)
-    })?;
-    let reports: Vec<_> = with_progress(runs, "runs", |done| {
-        let report = |(law, tuned): (&&Contestant, Tuned)| {
-            let ended = contest.report(law, &tuned, &reporting.list, &paths, done)?;
-            Ok((tuned, ended))
-        };
-        laws.iter().zip(results).map(report).collect::<Result<_>>()
-    })?;
+    let compete = |laws: &[&Contestant], budget: u64| -> Result<Vec<(Tuned, Vec<EndedRun>)>> {
+        let results = with_progress(tries(laws.len(), budget), "candidates", |done| {
+            contest.tune(laws, &tuning.list, budget, done)
+        })?;
+        let runs = (laws.len() * reporting.list.len() * paths.len()) as u64;
+        with_progress(runs, "runs", |done| {
+            let report = |(law, tuned): (&&Contestant, Tuned)| {
+                let ended = contest.report(law, &tuned, &reporting.list, &paths, done)?;
+                Ok((tuned, ended))
+            };
+            laws.iter().zip(results).map(report).collect()
+        })
+    };
+    let reports = compete(&laws, args.budget)?;
     let rows = tournament::rows(&reports, REFERENCE)?;
     print(text(&rows) + "\n" + &gains(reports.iter().map(|(tuned, _)| tuned)))?;
+    let law = |row: &Row| laws.iter().copied().find(|law| law.name == row.law);
+    let real = rows
+        .iter()
+        .filter_map(law)
+        .filter(|law| law.model != Model::True);
+    let best: Vec<_> = real.take(args.again).collect();
+    if !best.is_empty() {
+        let again = compete(&best, 2 * args.budget)?;
+        let rows = tournament::rows(&again, REFERENCE)?;
+        let is_same = rows
+            .iter()
+            .map(|row| &*row.law)
+            .eq(best.iter().map(|law| law.name));
+        let order = if is_same {
+            "the same order"
+        } else {
+            "ANOTHER ORDER"
+        };
+        print(format!(
+            "\nwith twice the budget: {order}\n{}\n{}",
+            text(&rows),
+            gains(again.iter().map(|(tuned, _)| tuned))
+        ))?;
+        found["again"] = serde_json::to_value(&rows)?;
+    }
     found["rows"] = serde_json::to_value(&rows)?;
     let (tuned, ended): (Vec<_>, Vec<_>) = reports.into_iter().unzip();
     found["tuned"] = serde_json::to_value(tuned)?;
@@ -113,6 +155,12 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     write_json(args.json.as_deref(), &found)?;
     store.report_unused();
     Ok(verdict)
+}
+
+/// Candidates of `laws` with `budget` each; each law twice tries the best gains of all others.
+fn tries(laws: usize, budget: u64) -> u64 {
+    let laws = laws as u64;
+    laws * (budget + 2 * laws.saturating_sub(1))
 }
 
 /// Text on the identified models.
@@ -181,12 +229,14 @@ fn gains<'a>(tuned: impl Iterator<Item = &'a Tuned>) -> String {
         };
         let gain = |(name, value): &(_, _)| format!("{name} {value:.4}");
         let gains = t.gains.iter().map(gain);
+        let asked = t.asked.iter().copied().map(Asked::name);
         text += &format!(
-            "{}: {cost}, {} of {} candidates kept every run; {}\n",
+            "{}: {cost}, {} of {} candidates kept every run; {}; asked for besides: {}\n",
             t.law,
             t.kept,
             t.tried,
-            Vec::from_iter(gains).join(", ")
+            Vec::from_iter(gains).join(", "),
+            Vec::from_iter(asked).join(", ")
         );
     }
     text

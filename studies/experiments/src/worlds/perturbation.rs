@@ -194,6 +194,15 @@ impl Cases {
         let _folder = Some(folder);
         Ok(Self { list, _folder })
     }
+
+    /// The cases without what they set of the variable `name`.
+    pub fn without(mut self, system: &System, name: &str) -> Result<Self> {
+        let port = system.port(name)?;
+        for case in &mut self.list {
+            case.settings.retain(|setting| setting.port != port);
+        }
+        Ok(self)
+    }
 }
 
 #[cfg(test)]
