@@ -130,7 +130,7 @@ fn a_push_at_rest_is_no_alarm() {
         let mut watched = Watched::new();
         watched.moves = moves;
         let mut angle = 0.0;
-        let cause = (0..5000).find_map(|k| {
+        (0..5000).find_map(|k| {
             let (mut now, mut input) = watched.healthy();
             let t = H * f64::from(k) - 1.0;
             let rate = match t {
@@ -143,8 +143,7 @@ fn a_push_at_rest_is_no_alarm() {
             input.zeta[4] += angle;
             now.tip_error[0] = 0.5 * angle;
             watched.advance(&now, &input).map(|cause| (cause, t))
-        });
-        cause
+        })
     };
     assert_eq!(cause(false, -0.35), None);
     let (_, time) = cause(false, 0.0).expect("an alarm");
