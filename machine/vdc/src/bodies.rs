@@ -83,6 +83,11 @@ impl Bodies {
         self.weighing.feels_empty()
     }
 
+    /// Whether nothing hangs on the hook, by its weighing and the known load.
+    pub(crate) fn is_hook_empty(&self) -> bool {
+        self.weighing.is_empty() && self.load.mass == 0.0
+    }
+
     pub(crate) fn load(&self) -> &Load {
         &self.load
     }

@@ -309,6 +309,7 @@ fn supervise(
         nominal,
         settings,
         input,
+        is_hook_empty: state.bodies.is_hook_empty(),
         h,
     });
     let implausible = supervisor.monitor(moment.as_ref().filter(|_| !sets_off));

@@ -134,6 +134,8 @@ pub(crate) struct Moment<'a> {
     pub(crate) nominal: &'a Nominal,
     pub(crate) settings: &'a Settings,
     pub(crate) input: &'a Input,
+    /// Whether nothing hangs on the hook, so that a push turns the wrist.
+    pub(crate) is_hook_empty: bool,
     pub(crate) h: f64,
 }
 
@@ -525,7 +527,7 @@ impl Monitors {
         run_away
     }
 
-    /// Whether a wrist that `yields` may do so, pushed while the reference stands.
+    /// Whether a wrist that `yields` may do so: with an empty hook, pushed while the reference stands.
     fn yields_to_push(&mut self, yields: bool, at: &Moment) -> bool {
         self.stood = if at.now.moves { 0.0 } else { self.stood + at.h };
         self.followed = if yields { 0.0 } else { self.followed + at.h };
@@ -534,7 +536,7 @@ impl Monitors {
         } else {
             0.0
         };
-        self.stood > RESTED && self.yielded < YIELDED
+        at.is_hook_empty && self.stood > RESTED && self.yielded < YIELDED
     }
 }
 

@@ -20,6 +20,7 @@ struct Watched {
     /// Whether a rod swings, and the reference moves.
     swings: bool,
     moves: bool,
+    is_hook_empty: bool,
     steps: u32,
 }
 
@@ -40,6 +41,7 @@ impl Watched {
             settings,
             swings: false,
             moves: true,
+            is_hook_empty: true,
             steps: 0,
         }
     }
@@ -81,6 +83,7 @@ impl Watched {
             nominal: &self.nominal,
             settings: &self.settings,
             input,
+            is_hook_empty: self.is_hook_empty,
             h: H,
         }
     }

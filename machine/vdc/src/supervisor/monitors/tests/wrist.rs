@@ -94,6 +94,7 @@ fn a_wrist_that_is_waited_for_stands_on_something() {
                 nominal,
                 settings,
                 input: &input,
+                is_hook_empty: false,
                 h: H,
             };
             if k == 0 {
@@ -123,12 +124,13 @@ fn a_load_that_is_not_known_is_carried_by_an_error() {
 }
 
 /// A wrist joint that a push turns by 0.2 rad in 0.2 s and that comes back in 0.5 s is no alarm where the
-/// reference has stood; one that goes on is after 2 s, and one that has been commanded at once.
+/// reference has stood, with an empty hook; one that goes on is after 2 s, and one that has been commanded, or
+/// of a hook with a load, at once.
 #[test]
 fn a_push_at_rest_is_no_alarm() {
-    let cause = |moves: bool, back: f64| {
+    let cause = |moves: bool, is_hook_empty: bool, back: f64| {
         let mut watched = Watched::new();
-        watched.moves = moves;
+        (watched.moves, watched.is_hook_empty) = (moves, is_hook_empty);
         let mut angle = 0.0;
         (0..5000).find_map(|k| {
             let (mut now, mut input) = watched.healthy();
@@ -145,9 +147,11 @@ fn a_push_at_rest_is_no_alarm() {
             watched.advance(&now, &input).map(|cause| (cause, t))
         })
     };
-    assert_eq!(cause(false, -0.35), None);
-    let (_, time) = cause(false, 0.0).expect("an alarm");
+    assert_eq!(cause(false, true, -0.35), None);
+    let (_, time) = cause(false, true, 0.0).expect("an alarm");
     assert!(time > 2.0 && time < 2.1, "{time}");
-    let (_, time) = cause(true, -0.35).expect("an alarm");
-    assert!(time < 0.05, "{time}");
+    for (moves, is_hook_empty) in [(true, true), (false, false)] {
+        let (_, time) = cause(moves, is_hook_empty, -0.35).expect("an alarm");
+        assert!(time < 0.05, "{time}");
+    }
 }
