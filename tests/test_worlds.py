@@ -101,8 +101,8 @@ def test_the_path_of_six_joints_is_checked_and_followed(fmu_dir):
     assert float(motion.split("RMSE ")[1].split()[0]) < 0.5, motion
 
 
-def draws(fmu_dir, *options):
-    return call("hdrm-fmu", "draws", "--system", fmu_dir / "Real.ssp", "--mode", "modular_integral", *options)
+def draws(fmu_dir, *options, **how):
+    return call("hdrm-fmu", "draws", "--system", fmu_dir / "Real.ssp", "--mode", "modular_integral", *options, **how)
 
 
 def test_draws_go_on_where_they_were_interrupted(fmu_dir, tmp_path):
@@ -255,3 +255,15 @@ def test_a_tournament_goes_on_where_it_was_interrupted(fmu_dir, tmp_path):
     again = call("hdrm-fmu", "tournament", "--system", fmu_dir / "Real.ssp", *options)
     assert again.stdout == first.stdout
     assert [f for f in files if f.stat().st_mtime_ns != times[f]] == [files[-1]]
+
+
+@pytest.mark.parametrize("command", [["rest", "--world", "ideal"], ["table"], ["stability", "--world", "ideal"]])
+def test_a_world_refuses_the_system_of_another(fmu_dir, command):
+    done = call("hdrm-fmu", *command, "--system", fmu_dir / "Real.ssp")
+    assert done.returncode == 1 and "Real.ssp is the system of --world real, not of --world ideal" in done.stderr, done.stderr
+
+
+def test_a_file_with_the_name_of_a_trajectory_is_no_path(fmu_dir, tmp_path):
+    (tmp_path / "triangular").write_text("")
+    done = draws(fmu_dir, "--seeds", 1, "--trajectory", "triangular", cwd=tmp_path)
+    assert done.returncode == 0 and "1 kept" in done.stdout, done.stdout + done.stderr

@@ -81,6 +81,8 @@ pub struct RunSetup {
 pub struct SetupBuilder<'a> {
     args: &'a MachineArgs,
     world: World,
+    /// Whether the command asks for that world.
+    is_asked: bool,
     packed: Option<PathBuf>,
     has_path: bool,
 }
@@ -106,6 +108,7 @@ impl MachineArgs {
         SetupBuilder {
             args: self,
             world: World::Ideal,
+            is_asked: false,
             packed: None,
             has_path: true,
         }
@@ -153,7 +156,11 @@ impl MachineArgs {
 impl SetupBuilder<'_> {
     /// In this world.
     pub fn world(self, world: World) -> Self {
-        Self { world, ..self }
+        Self {
+            world,
+            is_asked: true,
+            ..self
+        }
     }
 
     /// Another packed system, with FMUs from the same folder, and without the path.
@@ -180,6 +187,9 @@ impl SetupBuilder<'_> {
             arguments.system = Some(path.clone());
             arguments.variant = None;
             arguments.parameters.clear();
+        }
+        if let (Some(path), true) = (&arguments.system, self.is_asked) {
+            self.world.refuse_other(path)?;
         }
         let start_values = &self.args.run.settings;
         let mut system = arguments.load(start_values, || find(self.world.system()))?;

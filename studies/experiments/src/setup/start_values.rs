@@ -20,6 +20,8 @@ pub const MODES: [&str; 8] = [
     "pd",
     "pd_integral",
 ];
+/// Trajectories of the controller that need no path.
+const OWN_TRAJECTORIES: [&str; 4] = ["cubic", "triangular", "external", "rates"];
 /// Controller mode that is shipped for the real world; its analyses start from it.
 pub const SHIPPED: &str = "adaptive_integral";
 
@@ -74,9 +76,10 @@ fn conflict(system: &System, port: Port, origin: &str) -> String {
     format!("`{name}` is set ({origin}), but this command varies it itself, so it must not be set")
 }
 
-/// Whether `trajectory` is a built-in path or a file, not a trajectory of the controller's own.
+/// Whether `trajectory` is a built-in path or a file, and not one of the controller's own.
 pub(crate) fn is_path(trajectory: &str) -> bool {
-    PathFile::built_in(trajectory).is_some() || Path::new(trajectory).is_file()
+    let is_file = PathFile::built_in(trajectory).is_some() || Path::new(trajectory).is_file();
+    is_file && !OWN_TRAJECTORIES.contains(&trajectory)
 }
 
 /// The start values with which the controller follows one of its trajectories, or a path.

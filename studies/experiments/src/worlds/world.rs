@@ -4,7 +4,7 @@
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use anyhow::Result;
+use anyhow::{Result, bail};
 use clap::ValueEnum;
 use cosim::System;
 use serde::Serialize;
@@ -66,6 +66,21 @@ impl World {
             Self::Bending => BENDING_SYSTEM,
             Self::Strict => strict::SYSTEM,
         }
+    }
+
+    /// Fails if `system` is the packed system of another world: its results would go by a wrong name.
+    pub fn refuse_other(self, system: &Path) -> Result<()> {
+        let is_of = |world: &Self| system.file_name() == Some(world.system().as_ref());
+        let other = Self::value_variants().iter().find(|world| is_of(world));
+        if let (Some(other), false) = (other, is_of(&self)) {
+            bail!(
+                "{} is the system of --world {}, not of --world {}",
+                system.display(),
+                other.name(),
+                self.name()
+            );
+        }
+        Ok(())
     }
 
     /// Whether its plant bends; such a plant is computed by MuJoCo in Python.
