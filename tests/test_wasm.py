@@ -29,7 +29,7 @@ ALL = (*NAMES, *WORLD)
 STEPS, H = int(os.environ.get("WASM_STEPS", 10_000)), 1e-3
 STEPS_SCRIPT = Path(__file__).with_name("wasm_steps.mjs")
 BYTES = "return trace(Uint8Array.from(atob(given[0]), (letter) => letter.charCodeAt(0)), given[1])"
-LARGEST = 690_000  # bytes of a module, compressed: 650 000 of those that are handed out, whose whole program is optimised at once; these are 6 % larger
+LARGEST = 700_000  # bytes of a module, compressed: 660 000 of those that are handed out, whose whole program is optimised at once; these are 6 % larger
 
 
 @pytest.fixture(scope="module")
