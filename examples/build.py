@@ -67,13 +67,24 @@ def bending_system(folder, source=STRUCTURE, name="Manipulator", made="Bending")
     return path
 
 
+#: What the wrist of the bending plant, which has ideal drives, does not know.
+DRIVES_OF_WRIST = ('"wrist.enable[', '"wrist.brake[', '"hdrm.brake.closing_time"')
+
+
+def without_wrist_drives(path):
+    lines = path.read_text().splitlines(keepends=True)
+    path.write_text("".join(line for line in lines if not any(name in line for name in DRIVES_OF_WRIST)))
+    return path
+
+
 def strict_system(folder):
     """StrictBending.ssd: the system of the machine as built with the bending plant, and the parameter sets that it binds beside it."""
     resources = Path(folder, "resources")
     resources.mkdir(exist_ok=True)
     for name in ("real.ssv", "sensors.ssv"):
         (resources / name).write_bytes((REAL.parent / "resources" / name).read_bytes())
-    return bending_system(folder, REAL, "Real", "StrictBending")
+        without_wrist_drives(resources / name)
+    return without_wrist_drives(bending_system(folder, REAL, "Real", "StrictBending"))
 
 
 ELECTRIC = HERE.parent / "system/Electric.ssd"

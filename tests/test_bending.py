@@ -16,7 +16,7 @@ sys.path.insert(0, str(ROOT / "examples"))
 
 from bending import FULL_REACH, Bending  # noqa: E402
 from bending_plant import BendingPlant, modes  # noqa: E402
-from build import bending_system, build  # noqa: E402
+from build import bending_system, build, strict_system  # noqa: E402
 
 MACHINE = json.loads((ROOT / "parameters/reference_machine.json").read_text())
 SETTINGS = {name: start for name, (start, _, _) in Bending.PARAMETERS.items()}
@@ -223,6 +223,13 @@ def test_our_controller_tracks_on_the_bending_plant_and_energy_is_accounted_for(
     assert lost > 20.0 and turned > 500.0
     # The exchange does not ring: forces change smoothly from step to step.
     assert all(np.abs(np.diff(found[f], 2)[1000:]).max() < 200.0 for f in forces[:3])
+
+
+def test_the_machine_as_built_is_controlled_on_the_bending_plant(built, tmp_path):
+    """The world `strict`: its wrist has no brakes; the supervisor watches (2), and the tip is kept, within 5 mm."""
+    names = ["controller.supervisor.state", "controller.tip_error_norm"]
+    _, found = run((built[0], System.read(strict_system(tmp_path))), 2.0, names, seed=1)
+    assert (found[names[0]] == 2).all() and found[names[1]].max() < 5e-3, found
 
 
 def test_two_runs_are_equal_bit_for_bit(built):
