@@ -10,7 +10,7 @@ use clap::Args;
 use cosim::Verdict;
 use cosim::cli::{output, print};
 
-use crate::analyses::faults::grid::{self, Instant, PATHS, PAYLOADS, SHARES};
+use crate::analyses::faults::grid::{self, AT_REST, Instant, PATHS, PAYLOADS, SHARES};
 use crate::analyses::faults::{self, FaultResult};
 use crate::print::output::{conditions, finish, with_progress, write};
 use crate::runs::ended_run::Fate;
@@ -27,7 +27,7 @@ pub struct FaultsArgs {
     /// `bias`; repeatable
     #[arg(long, value_name = "TEXT")]
     only: Vec<String>,
-    /// Paths, repeatable [default: all]
+    /// Paths, repeatable; rates and rest have none [default: all but rest]
     #[arg(long = "path", value_name = "NAME", value_parser = PATHS)]
     paths: Vec<String>,
     /// Payloads, kg, repeatable [default: 0, 300]
@@ -79,7 +79,10 @@ pub fn faults(args: &FaultsArgs) -> Result<Verdict> {
         args.only.join(", ")
     );
     let mut paths = PATHS.to_vec();
-    paths.retain(|path| args.paths.is_empty() || args.paths.iter().any(|p| p == path));
+    paths.retain(|path| match &args.paths[..] {
+        [] => *path != AT_REST,
+        asked => asked.iter().any(|p| p == path),
+    });
     let payloads = match &args.payloads[..] {
         [] => &PAYLOADS,
         payloads => payloads,

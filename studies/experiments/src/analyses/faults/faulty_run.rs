@@ -10,7 +10,7 @@ use cosim::run::interrupt;
 use cosim::{Master, System};
 use serde::{Deserialize, Serialize};
 
-use super::grid::{BY_RATES, Fault, Instant};
+use super::grid::{AT_REST, BY_RATES, Fault, Instant};
 use super::undisturbed::{Excess, Reading, Readings, STANDS, Undisturbed};
 use crate::runs::ended_run::Fate;
 use crate::runs::run_store::RunStore;
@@ -157,7 +157,7 @@ impl<'a> Watch<'a> {
             oracle,
             time,
             kept: match (instant.path, is_own_path) {
-                (BY_RATES, _) => BEYOND_ORACLE.distance,
+                (BY_RATES | AT_REST, _) => BEYOND_ORACLE.distance,
                 (_, true) => 2.0 * undisturbed.motion.error,
                 (_, false) => KEPT,
             },

@@ -18,9 +18,11 @@ use crate::setup::machine_choice::MachineFile;
 use crate::setup::start_values::{add_settings, trajectory_settings};
 
 /// The paths.
-pub const PATHS: [&str; 3] = ["triangular", SIX_JOINTS, BY_RATES];
+pub const PATHS: [&str; 4] = ["triangular", SIX_JOINTS, BY_RATES, AT_REST];
 /// No path, but [`RATES`].
 pub const BY_RATES: &str = "rates";
+/// Commanded rates of zero; not among what is tried by default.
+pub const AT_REST: &str = "rest";
 /// Payloads, kg.
 pub const PAYLOADS: [f64; 2] = [0.0, 300.0];
 /// Times of the faults, as shares of the time from the first second to the end of the motion.
@@ -144,14 +146,16 @@ impl Instant {
     ) -> Result<Experiment> {
         let mut settings = common.to_vec();
         settings.push(system.setting("hdrm.payload.mass", self.payload)?);
-        settings.extend(trajectory_settings(system, self.path)?);
+        let has_no_path = [BY_RATES, AT_REST].contains(&self.path);
+        let trajectory = if has_no_path { BY_RATES } else { self.path };
+        settings.extend(trajectory_settings(system, trajectory)?);
         if self.path == BY_RATES {
             for (k, rate) in (1..).zip(RATES) {
                 settings.push(system.setting(&format!("rate.joint[{k}]"), rate)?);
             }
         }
         let mut experiment = add_settings(system, base, settings)?;
-        experiment.stop = Some(if self.path == BY_RATES {
+        experiment.stop = Some(if has_no_path {
             RATES_END
         } else {
             let end = motion_end(system, &experiment.start(system)?);
