@@ -15,3 +15,11 @@ def test_faults_that_threw_the_machine_are_stopped(fmu_dir, tmp_path):
     assert len(runs) == 3 * len(THROWN)
     for run in runs:
         assert run["fate"] == "stopped" and run["braked"] < 1, run
+
+
+def test_faults_at_rest_are_stopped_though_a_push_is_none(fmu_dir, tmp_path):
+    """With an empty hook, which a push of 300 N may turn (test_worlds.py): a tenth of a wrist drive's torque, and all of it."""
+    only, found = ["--only", "tau_wrist[1] limit", "--only", "tau_wrist[2] bias"], tmp_path / "found.json"
+    done = call("hdrm-fmu", "faults", "--system", fmu_dir / "Real.ssp", "--path", "rest", "--payload", 0, *only, "--json", found, "--check")
+    runs = json.loads(found.read_text())["faults"]
+    assert done.returncode == 0 and [run["fate"] for run in runs] == ["stopped"] * 6, runs
