@@ -17,6 +17,7 @@
 //! zero errors and a gain error of the geometry do not count.
 
 mod encoder;
+mod lag;
 mod repeats;
 
 use super::cause::Cause;
@@ -25,13 +26,12 @@ use crate::reference::RateLimits;
 use crate::settings::Settings;
 use crate::signals::Input;
 use emla::maps;
-use encoder::{Encoder, LONGER, SHOWN, UNMOVED};
+use encoder::{Encoder, FORGETS, LONGER, SHOWN, UNMOVED};
 use hdrm::DOF;
+use lag::share;
 use repeats::Repeats;
 use serde::{Deserialize, Serialize};
 
-/// Time over which motion that no encoder shows is integrated, s.
-const FORGETS: f64 = 0.25;
 /// Parts of the largest error: that must not come within a step, that must not last, and below which
 /// the machine has found its balance.
 const SLOW: f64 = 0.25;
@@ -91,6 +91,9 @@ const FOLLOWED: f64 = 0.3;
 /// Rate of the wrist joints of an empty hook, over the largest that is commanded, that 300 N at the tip do not
 /// give them: in 150 poses up to 1.6 and 1.2 of the first two. A tenth of a drive's largest torque gives more.
 const PUSHES: [f64; 3] = [1.9, 1.45, 2.5];
+/// Rate, over the largest that is commanded, below which a wrist at rest does not run away, whatever its law
+/// wants: near a singularity that is much.
+const SLOWLY: f64 = 0.5;
 /// Rate of a wrist joint over the largest that is commanded: of one that finds its balance, and
 /// later beyond the wanted one: 0.53 for joints that stick at their turn, more for one that yields, as the tip
 /// stands on something. The last has the least inertia, and jumps when it no longer sticks.
@@ -523,11 +526,13 @@ impl Monitors {
             rates.before = rate;
             rates.smoothed += reached * (rate - rates.smoothed);
             rates.more += reached * (more - rates.more);
-            *runs_away = is_settled && rates.more.abs() > RUNAWAY[j - 3].max(yields) * limit;
-            let rests = is_settled && self.stood > RESTED;
-            let most = if rests { PUSHES[j - 3] } else { UNSETTLED };
-            let errs = is_settled && (jumps || starts);
-            self.erring[j] |= rates.smoothed.abs() > most * limit || errs;
+            let rests = self.stood > RESTED;
+            let [fast, more] = [rates.smoothed, rates.more].map(|rate| rate.abs() / limit);
+            *runs_away =
+                is_settled && more > RUNAWAY[j - 3].max(yields) && (!rests || fast > SLOWLY);
+            let is_pushed = rests && *runs_away && fast > PUSHES[j - 3];
+            let errs = is_settled && (jumps || starts) || is_pushed;
+            self.erring[j] |= errs || fast > UNSETTLED;
         }
         run_away
     }
@@ -566,11 +571,6 @@ fn length(of: [f64; 3]) -> f64 {
 /// Shares of the times of [`COMPARED`] that a step of `h` s forgets.
 fn forgotten(h: f64) -> [f64; COMPARED.len()] {
     COMPARED.map(|(time, _)| share(h / time))
-}
-
-/// Share of a step that a first-order lag reaches in a time of `over` time constants.
-fn share(over: f64) -> f64 {
-    -libm::expm1(-over)
 }
 
 #[cfg(test)]

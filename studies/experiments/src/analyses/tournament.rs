@@ -13,7 +13,7 @@
 mod contestants;
 mod shipping;
 
-pub use contestants::{CONTESTANTS, Contestant, Model};
+pub use contestants::{CONTESTANTS, Contestant, Model, TUNING_PATHS};
 pub use shipping::{Asked, Sample};
 
 use anyhow::{Context, Result};
@@ -24,7 +24,6 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::Serialize;
 use surrogate::judgement::resampling::bootstrap;
-use tip_path::SIX_JOINTS;
 
 use crate::analyses::draws::Counts;
 use crate::analyses::identification::run::Identified;
@@ -35,8 +34,6 @@ use crate::setup::start_values::{Law, trajectory_settings};
 
 type NamedValues = Vec<(String, f64)>;
 
-/// Paths on which gains are tuned.
-pub const TUNING_PATHS: [&str; 2] = ["triangular", SIX_JOINTS];
 /// Largest factor on a gain; its inverse is the smallest.
 const RANGE: f64 = 8.0;
 /// Part of the budget that is spread evenly.

@@ -1,9 +1,11 @@
 //! For how long an encoder stands while its joint is to move, for the monitors.
 
-use super::{FORGETS, share};
+use super::lag::share;
 use hdrm::DOF;
 use serde::{Deserialize, Serialize};
 
+/// Time over which motion that no encoder shows is integrated, s.
+pub(super) const FORGETS: f64 = 0.25;
 /// A joint sticks no more than it has shown: the multiple of the longest time, and of the most motion, for
 /// which its encoder has shown the same count, and the least of both, s and rad; readings may be lost for
 /// 50 ms. The first joint of the wrist stands where it turns back, and the last, where it hardly moves,

@@ -1,5 +1,10 @@
 //! The laws that take part in the tournament, with the gains that are tuned.
 
+use tip_path::SIX_JOINTS;
+
+/// Paths on which gains are tuned.
+pub const TUNING_PATHS: [&str; 2] = ["triangular", SIX_JOINTS];
+
 const TIP: &[&str] = &["Lambda_position"];
 const TURN: &[&str] = &["Lambda_orientation"];
 const KAPPA: &[&str] = &["kappa_KA"];

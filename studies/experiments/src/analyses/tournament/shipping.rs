@@ -14,12 +14,12 @@ use crate::setup::machine_choice::MachineFile;
 use crate::setup::start_values::Law;
 use crate::worlds::World;
 
-use super::TUNING_PATHS;
+use super::contestants::TUNING_PATHS;
 
 /// Seed of the poses and faults, and their numbers; each pose with three payloads.
 const SEED: u64 = 101;
-const POSES: usize = 4;
-const FAULTS: usize = 12;
+const POSES: usize = 3;
+const FAULTS: usize = 8;
 
 /// What is asked for.
 #[derive(Clone, Copy, Debug, Eq, PartialEq, serde::Serialize)]
