@@ -197,6 +197,14 @@ def test_margins_enclose_the_border_of_stability(fmu_dir, tmp_path):
     assert heavier["limit"] == "force" and "by the rods' force" in done.stdout and "carries more than its rated force" in done.stdout + done.stderr
 
 
+def test_an_empty_hook_bears_the_push_of_the_margins(fmu_dir, tmp_path):
+    """Under commanded rates; a harder one is a fault of the wrist's, and each margin would be 0."""
+    options = ["--law", "adaptive_integral", "--place", "rates", "--payload", 1, "--csv", tmp_path / "m.csv", "--check"]
+    done = call("hdrm-fmu", "margins", "--system", fmu_dir / "Real.ssp", *options)
+    rows = list(csv.DictReader((tmp_path / "m.csv").open()))
+    assert done.returncode == 0 and len(rows) == 7 and all(float(row["stable"]) >= 2 for row in rows), rows
+
+
 @pytest.mark.parametrize("world, system", [("ideal", "Manipulator.ssp"), ("real", "Real.ssp")])
 def test_the_machine_rests_under_commanded_rates(fmu_dir, tmp_path, world, system):
     """In two random poses, with three payloads each."""

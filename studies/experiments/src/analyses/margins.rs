@@ -26,7 +26,7 @@ const PUSH_START: f64 = 1.0;
 /// Rest after a path, s.
 const REST: f64 = 5.0;
 /// Push downwards, N, and how long it lasts, s.
-const PUSH: f64 = -500.0;
+const PUSH: f64 = -300.0;
 const PUSH_DURATION: f64 = 0.05;
 /// Largest factor that is tried, and halvings of the logarithm between it, [`FACTOR`] and 1: to
 /// 2^(1/8), 9 %, below [`FACTOR`], and to 4^(1/8), 19 %, above.
