@@ -88,15 +88,19 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     let laws: Vec<_> = CONTESTANTS.iter().filter(|c| chosen(c.name)).collect();
     let mut paths = ALL_TRAJECTORIES.to_vec();
     paths.retain(|path| args.paths.is_empty() || args.paths.iter().any(|p| p == path));
-    let runs = (laws.len() * reporting.list.len() * paths.len()) as u64;
     let begun = Instant::now();
     let simulated = contest.sample_run(laws[0], &tuning.list[0])?;
     let each = begun.elapsed().as_secs_f64() / simulated * RUN;
-    let all = tries(laws.len(), args.budget) * args.tuning_seeds * TUNING_PATHS.len() as u64 + runs;
+    let count = |laws: usize, budget: u64| {
+        let tuned = tries(laws, budget) * (tuning.list.len() * TUNING_PATHS.len()) as u64;
+        tuned + (laws * reporting.list.len() * paths.len()) as u64
+    };
+    let again = args.again.min(laws.len());
+    let all = count(laws.len(), args.budget) + count(again, 2 * args.budget);
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let hours = each * all as f64 / cores as f64 / 3600.0;
     eprintln!(
-        "{each:.1} s a run, {all} runs on {cores} cores: at most {hours:.1} hours; lost runs end early, kept ones are not repeated"
+        "{each:.1} s a run, {all} runs on {cores} cores: {hours:.1} hours, and some minutes for what gains that win must do besides; lost runs end early, kept ones are not repeated"
     );
     if laws.iter().any(|law| law.model == Model::Identified) {
         let cases = [&tuning.list[..], &reporting.list].concat();
