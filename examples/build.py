@@ -71,9 +71,13 @@ def bending_system(folder, source=STRUCTURE, name="Manipulator", made="Bending")
 DRIVES_OF_WRIST = ('"wrist.enable[', '"wrist.brake[', '"hdrm.brake.closing_time"')
 
 
+def without(text, *names):
+    """The text without the lines that have one of the names."""
+    return "".join(line for line in text.splitlines(keepends=True) if not any(name in line for name in names))
+
+
 def without_wrist_drives(path):
-    lines = path.read_text().splitlines(keepends=True)
-    path.write_text("".join(line for line in lines if not any(name in line for name in DRIVES_OF_WRIST)))
+    path.write_text(without(path.read_text(), *DRIVES_OF_WRIST))
     return path
 
 
@@ -108,11 +112,10 @@ CELLS = """        <ssd:ParameterBindings>
 def electric_systems(folder):
     """Pack.ssd and Battery.ssd: Electric.ssd with `pack.py` and with the crate `battery/` in the place of DcLink. Neither knows precharge, so
     the drives are not told of it."""
-    lines = [line for line in ELECTRIC.read_text().splitlines(keepends=True) if '"ready"' not in line and '"precharging"' not in line]
-    pack = "".join(lines)
+    plain = without(ELECTRIC.read_text(), '"ready"', '"precharging"')
     # A connector without a unit where pythonfmu tells none would be refused as different from one with it.
-    pack = pack.replace("resources/DcLink.fmu", "resources/Pack.fmu").replace('version="1.0" name="Electric"', 'version="1.0" name="Pack"')
-    battery = "".join(line for line in lines if '"i_battery"' not in line)
+    pack = plain.replace("resources/DcLink.fmu", "resources/Pack.fmu").replace('version="1.0" name="Electric"', 'version="1.0" name="Pack"')
+    battery = without(plain, '"i_battery"')
     battery = battery.replace("resources/DcLink.fmu", "resources/Battery.fmu").replace('version="1.0" name="Electric"', 'version="1.0" name="Battery"')
     battery = battery.replace('startElement="dclink" startConnector="v_dc"', 'startElement="dclink" startConnector="v"')
     battery = battery.replace('<ssd:Connector name="v_dc" kind="output">', '<ssd:Connector name="v" kind="output">')

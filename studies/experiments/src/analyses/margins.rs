@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::measures::run::motion_end;
 use crate::runs::ended_run::Fate;
 use crate::runs::run_store::RunStore;
-use crate::setup::start_values::{Law, add_settings, trajectory_settings};
+use crate::setup::start_values::{BY_RATES, Law, add_settings, trajectory_settings};
 
 /// Length of a run in a pose, s, and when the push begins; the last second counts.
 const END: f64 = 8.0;
@@ -41,16 +41,14 @@ const DELAY: f64 = 2.0;
 /// Where the machine is: a pose in which it rests, by name and joint angles in degrees, or the name
 /// of a path that it follows.
 pub(crate) type Place = (&'static str, Option<[f64; 6]>);
-/// The place at which commanded rates of zero are followed, and the controller's trajectory there.
-pub(crate) const RATES: &str = "rates";
-/// All paths and poses.
+/// All paths and poses; at [`BY_RATES`] commanded rates of zero are followed.
 pub(crate) const PLACES: [Place; 6] = [
     ("triangular", None),
     ("six-joints", None),
     ("start", Some([0.0, 40.0, -80.0, 0.0, -50.0, 0.0])),
     ("reach", Some([0.0, 20.0, -40.0, 0.0, -50.0, 0.0])),
     ("folded", Some([30.0, 55.0, -110.0, 0.0, -40.0, 0.0])),
-    (RATES, Some([0.0, 40.0, -80.0, 0.0, -50.0, 0.0])),
+    (BY_RATES, Some([0.0, 40.0, -80.0, 0.0, -50.0, 0.0])),
 ];
 /// Payloads, kg: an empty hook and the nominal one.
 pub(crate) const PAYLOADS: [f64; 2] = [1.0, 300.0];
@@ -300,8 +298,8 @@ impl<'a> Placed<'a> {
                 settings.push(system.setting(&name, angle * PI / 180.0)?);
             }
             settings.push(system.setting("controller.settle_time", 10.0 * END)?);
-            if *place == RATES {
-                settings.push(system.setting("controller.trajectory", RATES)?);
+            if *place == BY_RATES {
+                settings.push(system.setting("controller.trajectory", BY_RATES)?);
             }
         } else {
             settings.extend(trajectory_settings(system, place)?);

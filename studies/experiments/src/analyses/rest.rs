@@ -18,7 +18,7 @@ use serde::{Deserialize, Serialize};
 use crate::measures::swinging::{SWINGS, SwingWatch};
 use crate::runs::run_store::RunStore;
 use crate::setup::machine_choice::MachineFile;
-use crate::setup::start_values::{Law, add_settings};
+use crate::setup::start_values::{BY_RATES, Law, add_settings};
 use crate::worlds::World;
 
 /// Push, N, when it begins, and how long it lasts, s.
@@ -121,7 +121,7 @@ pub(crate) fn run(
         Ok(())
     };
     let trajectory = if follows == Follows::Rates {
-        "rates"
+        BY_RATES
     } else {
         "triangular"
     };

@@ -20,8 +20,10 @@ pub const MODES: [&str; 8] = [
     "pd",
     "pd_integral",
 ];
+/// The controller's trajectory under commanded rates, which are zero unless they are set.
+pub(crate) const BY_RATES: &str = "rates";
 /// Trajectories of the controller that need no path.
-const OWN_TRAJECTORIES: [&str; 4] = ["cubic", "triangular", "external", "rates"];
+const OWN_TRAJECTORIES: [&str; 4] = ["cubic", "triangular", "external", BY_RATES];
 /// Controller mode that is shipped for the real world; its analyses start from it.
 pub const SHIPPED: &str = "adaptive_integral";
 

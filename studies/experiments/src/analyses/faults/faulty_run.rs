@@ -10,10 +10,11 @@ use cosim::run::interrupt;
 use cosim::{Master, System};
 use serde::{Deserialize, Serialize};
 
-use super::grid::{AT_REST, BY_RATES, Fault, Instant};
+use super::grid::{AT_REST, Fault, Instant};
 use super::undisturbed::{Excess, Reading, Readings, STANDS, Undisturbed};
 use crate::runs::ended_run::Fate;
 use crate::runs::run_store::RunStore;
+use crate::setup::start_values::BY_RATES;
 
 /// Error up to which a run is kept, m; on the path of all six joints twice that without a fault.
 /// Commanded rates have no path: whoever commands them sees the tip, and [`BEYOND_ORACLE`] is allowed

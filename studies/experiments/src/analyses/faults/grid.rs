@@ -15,12 +15,10 @@ use tip_path::SIX_JOINTS;
 
 use crate::measures::run::motion_end;
 use crate::setup::machine_choice::MachineFile;
-use crate::setup::start_values::{add_settings, trajectory_settings};
+use crate::setup::start_values::{BY_RATES, add_settings, trajectory_settings};
 
-/// The paths.
+/// The paths, of which two are none: [`RATES`], and rest.
 pub const PATHS: [&str; 4] = ["triangular", SIX_JOINTS, BY_RATES, AT_REST];
-/// No path, but [`RATES`].
-pub const BY_RATES: &str = "rates";
 /// Commanded rates of zero; not among what is tried by default.
 pub const AT_REST: &str = "rest";
 /// Payloads, kg.

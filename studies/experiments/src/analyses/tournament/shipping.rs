@@ -6,12 +6,12 @@ use cosim::{Experiment, System};
 
 use crate::analyses::faults;
 use crate::analyses::faults::grid::{self, Fault, Instant, SHARES};
-use crate::analyses::margins::{self, PLACES, Place, RATES};
+use crate::analyses::margins::{self, PLACES, Place};
 use crate::analyses::rest::{self, Follows, Pose};
 use crate::runs::ended_run::Fate;
 use crate::runs::run_store::RunStore;
 use crate::setup::machine_choice::MachineFile;
-use crate::setup::start_values::Law;
+use crate::setup::start_values::{BY_RATES, Law};
 use crate::worlds::World;
 
 use super::contestants::TUNING_PATHS;
@@ -58,7 +58,7 @@ impl Sample {
         let machine = MachineFile::from_manipulator(system, &base.settings)?.machine;
         let full = machine.bodies.PL.mass;
         let place = |name| PLACES.into_iter().find(|place| place.0 == name);
-        let places = [(TUNING_PATHS[0], full), (RATES, 1.0)]
+        let places = [(TUNING_PATHS[0], full), (BY_RATES, 1.0)]
             .map(|(name, payload)| Ok((place(name).context("a place of `margins`")?, payload)));
         let all = grid::faults(system, base, 1.0)?;
         let cases = [0.0, full].into_iter().flat_map(|payload| {
@@ -93,9 +93,10 @@ impl Sample {
             }
             Asked::Margins => margins::tolerates_all((system, base), law, &self.places, store),
             Asked::Faults => {
-                for (instant, _) in &self.faults {
-                    // From the store from the second time on.
-                    let undisturbed = instant.experiment((system, base), &law.settings(system)?)?;
+                let settings = law.settings(system)?;
+                for faults in self.faults.chunk_by(|a, b| a.0 == b.0) {
+                    let instant = &faults[0].0;
+                    let undisturbed = instant.experiment((system, base), &settings)?;
                     let name = format!("{} {} kg", law.name, instant.payload);
                     if store.run(&name, system, &undisturbed)?.fate != Fate::Kept {
                         return Ok(false);
