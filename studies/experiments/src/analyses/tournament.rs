@@ -119,7 +119,7 @@ fn borrowed(own: &Tuning, (groups, theirs): (&[&[&str]], &[f64])) -> Vec<f64> {
 
 impl Tournament<'_> {
     /// The run of a case on a path, from the store where it is there. A law that needs an
-    /// identified machine loses where the identification failed.
+    /// identified machine has the nominal one where the identification failed.
     fn kept_run(
         &self,
         name: &str,
@@ -133,10 +133,9 @@ impl Tournament<'_> {
             Model::Nominal => None,
             Model::Identified => {
                 let identified = self.identified.get(&case.label);
-                match identified.context("a machine that was not identified")? {
-                    Ok(found) => Some(found.file.display().to_string()),
-                    Err(why) => return Ok(EndedRun::lost(format!("not identified: {why}"))),
-                }
+                let found = identified.context("a machine that was not identified")?;
+                let file = found.as_ref().map(|found| found.file.display().to_string());
+                file.ok()
             }
             Model::True => {
                 let plant = self.system.port("hdrm.machine_file")?;
@@ -224,21 +223,21 @@ impl Tournament<'_> {
         contestants: &[&Contestant],
         cases: &[Case],
         budget: u64,
-        done: impl Fn(),
+        done: impl Fn() + Sync,
     ) -> Result<Vec<Tuned>> {
-        let spread = |contestant| self.spread(contestant, cases, budget, &done);
-        let mut field: Vec<Tuning> = (contestants.iter())
-            .map(|law| spread(*law))
+        let mut field: Vec<Tuning> = (contestants.par_iter())
+            .map(|&contestant| self.spread(contestant, cases, budget, &done))
             .collect::<Result<_>>()?;
         self.exchange(&mut field, cases, &done)?;
-        for tuning in &mut field {
+        field.par_iter_mut().try_for_each(|tuning| {
             for k in spread_count(budget)..budget {
                 let groups = tuning.contestant.gains.len();
                 let logs = candidate_logs(groups, k, budget, tuning.best_logs());
                 self.challenge(tuning, logs, cases)?;
                 done();
             }
-        }
+            anyhow::Ok(())
+        })?;
         self.exchange(&mut field, cases, &done)?;
         let tuned = field.into_iter().map(|tuning| self.tuned(tuning));
         tuned.collect()
@@ -302,22 +301,25 @@ impl Tournament<'_> {
     }
 
     /// Every law tries the best gains of every other one.
-    fn exchange(&self, field: &mut [Tuning], cases: &[Case], done: impl Fn()) -> Result<()> {
+    fn exchange(&self, field: &mut [Tuning], cases: &[Case], done: impl Fn() + Sync) -> Result<()> {
         let best = |tuning: &Tuning| tuning.best_logs().map(<[f64]>::to_vec);
         let bests: Vec<_> = field.iter().map(|t| (t.contestant, best(t))).collect();
-        for (k, tuning) in field.iter_mut().enumerate() {
-            let (before, after) = (&bests[..k], &bests[k + 1..]);
-            for (rival, theirs) in before.iter().chain(after) {
-                let logs = theirs
-                    .as_ref()
-                    .map(|theirs| borrowed(tuning, (rival.gains, theirs)));
-                if let Some(logs) = logs.filter(|logs| tuning.best_logs() != Some(logs)) {
-                    self.challenge(tuning, logs, cases)?;
+        field
+            .par_iter_mut()
+            .enumerate()
+            .try_for_each(|(k, tuning)| {
+                let (before, after) = (&bests[..k], &bests[k + 1..]);
+                for (rival, theirs) in before.iter().chain(after) {
+                    let logs = theirs
+                        .as_ref()
+                        .map(|theirs| borrowed(tuning, (rival.gains, theirs)));
+                    if let Some(logs) = logs.filter(|logs| tuning.best_logs() != Some(logs)) {
+                        self.challenge(tuning, logs, cases)?;
+                    }
+                    done();
                 }
-                done();
-            }
-        }
-        Ok(())
+                Ok(())
+            })
     }
 
     /// Tries gains, which become the best if they are better on all cases.

@@ -17,13 +17,16 @@ use crate::analyses::tournament::{
 };
 use crate::print::output::{conditions, with_progress, write_json};
 use crate::runs::ended_run::EndedRun;
-use crate::runs::grid::{ALL_TRAJECTORIES, Spread};
+use crate::runs::grid::{ALL_TRAJECTORIES, Case, Spread};
 use crate::runs::run_store::RunStore;
 use crate::setup::run_setup::MachineArgs;
 use crate::worlds::{World, cases};
 
 /// Law with which the errors of the others are compared.
 const REFERENCE: &str = "adaptive_integral";
+/// What the columns of a table mean.
+const LEGEND: &str = "known error over the runs that were kept; force: runs in which a rod had more than 1.2 x its rated force; ratio: error over that of \
+     adaptive_integral, or of the first law without it, geometric mean over the runs that both kept";
 /// Mean simulated time of a run that is kept, s, to estimate the duration of the command.
 const RUN: f64 = 18.0;
 
@@ -61,6 +64,17 @@ pub struct TournamentArgs {
     json: Option<PathBuf>,
 }
 
+/// Tuned laws with their runs in the report.
+type Reports = Vec<(Tuned, Vec<EndedRun>)>;
+
+/// A tournament, with the machines and paths of its report.
+struct Contest<'a> {
+    tournament: Tournament<'a>,
+    tuning: &'a [Case],
+    reporting: &'a [Case],
+    paths: Vec<&'static str>,
+}
+
 /// Tunes every law, then runs the report and prints it.
 pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     let world = World::StrictRigid;
@@ -74,59 +88,48 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
         }
         Ok(drawn)
     };
-    let tuning = drawn(101..101 + args.tuning_seeds)?;
-    let reporting = drawn(1..1 + args.seeds)?;
+    let tuning = drawn(101..101 + args.tuning_seeds)?.list;
+    let reporting = drawn(1..1 + args.seeds)?.list;
     let store = &RunStore::new(Some(&args.store))?;
-    let mut contest = Tournament {
-        system: &system,
-        base: &base,
-        store,
-        identified: Identified::new(),
-        sample: Sample::draw(&system, &base)?,
+    let mut contest = Contest {
+        tournament: Tournament {
+            system: &system,
+            base: &base,
+            store,
+            identified: Identified::new(),
+            sample: Sample::draw(&system, &base)?,
+        },
+        tuning: &tuning,
+        reporting: &reporting,
+        paths: ALL_TRAJECTORIES.to_vec(),
     };
+    (contest.paths).retain(|path| args.paths.is_empty() || args.paths.iter().any(|p| p == path));
     let chosen = |name: &str| args.laws.is_empty() || args.laws.iter().any(|law| law == name);
     let laws: Vec<_> = CONTESTANTS.iter().filter(|c| chosen(c.name)).collect();
-    let mut paths = ALL_TRAJECTORIES.to_vec();
-    paths.retain(|path| args.paths.is_empty() || args.paths.iter().any(|p| p == path));
-    let begun = Instant::now();
-    let simulated = contest.sample_run(laws[0], &tuning.list[0])?;
-    let each = begun.elapsed().as_secs_f64() / simulated * RUN;
-    let count = |laws: usize, budget: u64| {
-        let tuned = tries(laws, budget) * (tuning.list.len() * TUNING_PATHS.len()) as u64;
-        tuned + (laws * reporting.list.len() * paths.len()) as u64
-    };
-    let again = args.again.min(laws.len());
-    let all = count(laws.len(), args.budget) + count(again, 2 * args.budget);
-    let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let hours = each * all as f64 / cores as f64 / 3600.0;
-    eprintln!(
-        "{each:.1} s a run, {all} runs on {cores} cores: {hours:.1} hours, and some minutes for what gains that win must do besides; lost runs end early, kept ones are not repeated"
-    );
+    eprintln!("{}", contest.estimate(&laws, args)?);
     if laws.iter().any(|law| law.model == Model::Identified) {
-        let cases = [&tuning.list[..], &reporting.list].concat();
+        let cases = [&tuning[..], &reporting].concat();
         let commissioning = Commissioning::new(&system, &base, &args.store)?;
-        contest.identified = with_progress(cases.len() as u64, "machines identified", |done| {
+        let identified = with_progress(cases.len() as u64, "machines identified", |done| {
             commissioning.identify((&system, &base), &cases, store, done)
         })?;
         found["excitation"] = serde_json::to_value(commissioning.condition())?;
-        eprintln!("{}", identification(&commissioning, &contest.identified));
+        eprintln!("{}", identification(&commissioning, &identified));
+        contest.tournament.identified = identified;
     }
-    let compete = |laws: &[&Contestant], budget: u64| -> Result<Vec<(Tuned, Vec<EndedRun>)>> {
-        let results = with_progress(tries(laws.len(), budget), "candidates", |done| {
-            contest.tune(laws, &tuning.list, budget, done)
-        })?;
-        let runs = (laws.len() * reporting.list.len() * paths.len()) as u64;
-        with_progress(runs, "runs", |done| {
-            let report = |(law, tuned): (&&Contestant, Tuned)| {
-                let ended = contest.report(law, &tuned, &reporting.list, &paths, done)?;
-                Ok((tuned, ended))
-            };
-            laws.iter().zip(results).map(report).collect()
-        })
-    };
-    let reports = compete(&laws, args.budget)?;
+    let reports = contest.compete(&laws, args.budget)?;
     let rows = tournament::rows(&reports, REFERENCE)?;
-    print(text(&rows) + "\n" + &gains(reports.iter().map(|(tuned, _)| tuned)))?;
+    let mut tables = table("law", &rows);
+    for (k, path) in contest.paths.iter().enumerate() {
+        let of_path = |(tuned, runs): &(Tuned, Vec<EndedRun>)| {
+            let runs = runs.iter().skip(k).step_by(contest.paths.len()).cloned();
+            (tuned.clone(), runs.collect())
+        };
+        let rows = tournament::rows(&Reports::from_iter(reports.iter().map(of_path)), REFERENCE)?;
+        tables += &table(path, &rows);
+        found["paths"][path] = serde_json::to_value(rows)?;
+    }
+    print(format!("{tables}{LEGEND}\n\n{}", gains(&reports)))?;
     let law = |row: &Row| laws.iter().copied().find(|law| law.name == row.law);
     let real = rows
         .iter()
@@ -134,21 +137,18 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
         .filter(|law| law.model != Model::True);
     let best: Vec<_> = real.take(args.again).collect();
     if !best.is_empty() {
-        let again = compete(&best, 2 * args.budget)?;
+        let again = contest.compete(&best, 2 * args.budget)?;
         let rows = tournament::rows(&again, REFERENCE)?;
-        let is_same = rows
-            .iter()
-            .map(|row| &*row.law)
-            .eq(best.iter().map(|law| law.name));
-        let order = if is_same {
+        let names = best.iter().map(|law| law.name);
+        let order = if rows.iter().map(|row| &*row.law).eq(names) {
             "the same order"
         } else {
             "ANOTHER ORDER"
         };
         print(format!(
             "\nwith twice the budget: {order}\n{}\n{}",
-            text(&rows),
-            gains(again.iter().map(|(tuned, _)| tuned))
+            table("law", &rows),
+            gains(&again)
         ))?;
         found["again"] = serde_json::to_value(&rows)?;
     }
@@ -159,6 +159,46 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     write_json(args.json.as_deref(), &found)?;
     store.report_unused();
     Ok(verdict)
+}
+
+impl Contest<'_> {
+    /// Text on how long the tournament takes at most, from a run that is made for it.
+    fn estimate(&self, laws: &[&Contestant], args: &TournamentArgs) -> Result<String> {
+        let begun = Instant::now();
+        let simulated = self.tournament.sample_run(laws[0], &self.tuning[0])?;
+        let each = begun.elapsed().as_secs_f64() / simulated * RUN;
+        let count = |laws: usize, budget: u64| {
+            let tuned = tries(laws, budget) * (self.tuning.len() * TUNING_PATHS.len()) as u64;
+            tuned + self.report_runs(laws)
+        };
+        let again = args.again.min(laws.len());
+        let all = count(laws.len(), args.budget) + count(again, 2 * args.budget);
+        let cores = std::thread::available_parallelism().map_or(1, usize::from);
+        let hours = each * all as f64 / cores as f64 / 3600.0;
+        Ok(format!(
+            "{each:.1} s a run, {all} runs on {cores} cores: {hours:.1} hours, and some minutes for what gains that win must do besides; lost runs end early, kept ones are not repeated"
+        ))
+    }
+
+    /// Tunes `laws` with `budget` candidates each and makes the runs of their report.
+    fn compete(&self, laws: &[&Contestant], budget: u64) -> Result<Reports> {
+        let results = with_progress(tries(laws.len(), budget), "candidates", |done| {
+            self.tournament.tune(laws, self.tuning, budget, done)
+        })?;
+        with_progress(self.report_runs(laws.len()), "runs", |done| {
+            let report = |(law, tuned): (&&Contestant, Tuned)| {
+                let contest = &self.tournament;
+                let ended = contest.report(law, &tuned, self.reporting, &self.paths, done)?;
+                Ok((tuned, ended))
+            };
+            laws.iter().zip(results).map(report).collect()
+        })
+    }
+
+    /// Number of runs in the report of so many laws.
+    fn report_runs(&self, laws: usize) -> u64 {
+        (laws * self.reporting.len() * self.paths.len()) as u64
+    }
 }
 
 /// Candidates of `laws` with `budget` each; each law twice tries the best gains of all others.
@@ -188,17 +228,17 @@ fn identification(commissioning: &Commissioning, identified: &Identified) -> Str
     );
     for (case, why) in identified {
         if let Err(why) = why {
-            let _ = write!(text, "\n{case}: {why}");
+            let _ = write!(text, "\n{case} keeps the nominal model: {why}");
         }
     }
     text
 }
 
-/// The table of the report.
-fn text(rows: &[Row]) -> String {
+/// A table of the report; `title` stands over the laws.
+fn table(title: &str, rows: &[Row]) -> String {
     let mut text = format!(
-        "{:<28}{:>7}{:>9}{:>7}{:>12}{:>11}{:>11}  error / that of {REFERENCE} (95 %)\n",
-        "law", "lost", "stopped", "kept", "median, mm", "worst, mm", "force"
+        "{title:<28}{:>7}{:>9}{:>7}{:>12}{:>11}{:>11}  ratio (95 %)\n",
+        "lost", "stopped", "kept", "median, mm", "worst, mm", "force"
     );
     for row in rows {
         let mm = |v: f64| match v.is_finite() {
@@ -217,16 +257,16 @@ fn text(rows: &[Row]) -> String {
             row.counts.kept,
             mm(row.error.median),
             mm(row.error.worst),
-            format!("{} > 1.2", row.counts.forced)
+            row.counts.forced
         );
     }
-    text + "known error over the runs that were kept; force: runs in which a rod had more than 1.2 x its rated force\n"
+    text + "\n"
 }
 
 /// A line on the tuned gains of each law.
-fn gains<'a>(tuned: impl Iterator<Item = &'a Tuned>) -> String {
+fn gains(reports: &Reports) -> String {
     let mut text = String::new();
-    for t in tuned {
+    for (t, _) in reports {
         let cost = match t.cost {
             Some(cost) => format!("cost {:.3} mm", 1e3 * cost),
             None => "lost with every candidate, so as shipped".into(),
