@@ -4,7 +4,7 @@
 //! Without payload the inertia at the wrist is a twentieth: gains for the payload, sampled and
 //! delayed, then make the wrist oscillate, and gains for the empty hook let a payload sway. If the
 //! wrist begins to oscillate, torque and acceleration show its inertia. If that is the wrist's own,
-//! and the load cells of lift and tilt find no mass, and the wrist holds no moment, the nominal
+//! and the load cells of lift and tilt find no mass, and the wrist no moment but its own, the nominal
 //! payload is removed, and with it the gains based on its inertia. At rest the payload is kept.
 //!
 //! None of the three is enough by itself. A payload whose centre is not where the controller has it
@@ -114,34 +114,41 @@ impl Weighing {
             self.slope[j] += h * self.time * (self.impulse[j] - momentum);
         }
         let part = if self.is_empty { STAYS } else { 1.0 } * EMPTY;
-        self.feels_empty = self.mass(hook) < part && !self.holds_moment(hook);
+        let [own, mass] = self.masses(hook);
+        self.feels_empty = mass < part && !self.holds_moment(hook, own);
         self.is_empty = share < part && self.feels_empty;
         if self.is_empty { NOTHING } else { 1.0 }
     }
 
-    /// Mass on the hook over that of the nominal payload, from the mean moments Q of lift and tilt
-    /// joint: `Q = s·own + mass·payload`, where s is a common error of the machine's own masses.
-    fn mass(&self, hook: &HookModel) -> f64 {
+    /// Masses of the machine's own bodies and on the hook over their nominal ones, s and m, from the
+    /// mean moments Q of lift and tilt joint: `Q = s·own + m·payload`.
+    fn masses(&self, hook: &HookModel) -> [f64; 2] {
         let at_booms = |Q: &[f64; DOF]| Vector2::new(Q[1], Q[2]);
         let own = at_booms(&hook.own_moments);
         let payload = at_booms(&hook.payload_moments);
         let Q = Vector2::from(self.booms) / self.time;
         let apart = own.perp(&payload);
         if apart.abs() > APART * own.norm() * payload.norm() {
-            own.perp(&Q) / apart
+            [Q.perp(&payload) / apart, own.perp(&Q) / apart]
         } else if payload.norm_squared() > 0.0 {
-            payload.dot(&(Q - own)) / payload.norm_squared()
+            [1.0, payload.dot(&(Q - own)) / payload.norm_squared()]
         } else {
-            0.0
+            [1.0, 0.0]
         }
     }
 
     /// Whether a wrist joint holds a moment: the slope of the impulse over time by least squares,
-    /// `3/t³ ∫ t J dt`, in which an oscillation leaves little.
-    fn holds_moment(&self, hook: &HookModel) -> bool {
+    /// `3/t³ ∫ t J dt`, in which an oscillation leaves little. Bodies that have `own` times their
+    /// nominal mass at the booms may have it at the wrist, too: what they explain does not count.
+    fn holds_moment(&self, hook: &HookModel, own: f64) -> bool {
         let most = MOMENT * hook.weight * (1.0 + UNCERTAIN / self.time);
-        let moment = |slope: &f64| 3.0 * slope / self.time.powi(3);
-        self.slope.iter().any(|slope| moment(slope).abs() > most)
+        let holds = |(slope, nominal): (&f64, &f64)| {
+            let moment = 3.0 * slope / self.time.powi(3);
+            let explained = (own - 1.0) * nominal;
+            let rest = moment - moment.clamp(explained.min(0.0), explained.max(0.0));
+            rest.abs() > most
+        };
+        self.slope.iter().zip(&hook.own_moments[3..]).any(holds)
     }
 }
 
@@ -213,17 +220,17 @@ mod tests {
         own: [6.0; 3],
         payload: 100.0,
         weight: 1700.0,
-        own_moments: [0.0, 11e3, 6e3, 0.0, 0.0, 0.0],
+        own_moments: [0.0, 11e3, 6e3, 0.0, 100.0, 0.0],
         payload_moments: [0.0, 9e3, 9.5e3, 0.0, 0.0, 0.0],
     };
 
     /// A payload with the shares `mass` and `inertia` of the nominal one, whose weight turns the
-    /// second wrist joint with `moment`, N·m, on booms that are `booms` times as heavy as believed.
+    /// second wrist joint with `moment`, N·m, on a machine that is `own` times as heavy as believed.
     struct Payload {
         mass: f64,
         inertia: f64,
         moment: f64,
-        booms: f64,
+        own: f64,
     }
 
     /// The joint under gains for the payload that is believed, integrated here with readings three
@@ -236,7 +243,8 @@ mod tests {
         let (mut angle, mut rate) = (0.0, 0.01);
         let (mut late, mut end, mut empty) = ([[0.0; 2]; 3], 0.0_f64, 0.0);
         let booms =
-            |i: usize| payload.booms * HOOK.own_moments[i] + payload.mass * HOOK.payload_moments[i];
+            |i: usize| payload.own * HOOK.own_moments[i] + payload.mass * HOOK.payload_moments[i];
+        let moment = payload.moment + payload.own * HOOK.own_moments[4];
         for k in 0..500 {
             let I = HOOK.own[1] + last * HOOK.payload;
             let [seen, turned] = late[2];
@@ -249,7 +257,7 @@ mod tests {
             last = found.advance(&felt, &HOOK, h);
             empty += f64::from(u8::from(last < 1.0)) / 500.0;
             late = [[rate, angle], late[0], late[1]];
-            rate += h * (torque - payload.moment) / moved;
+            rate += h * (torque - moment) / moved;
             angle += h * rate;
             if k > 450 {
                 end = end.max(rate.abs());
@@ -258,12 +266,13 @@ mod tests {
         (last, empty, end)
     }
 
-    /// A hook without a payload begins to swing, is taken for empty, and is calm then, on booms
+    /// A hook without a payload begins to swing, is taken for empty, and is calm then, on a machine
     /// heavier or lighter than believed, too; what does not swing is not.
     #[test]
     fn a_hook_that_swings_is_found_empty() {
-        for (share, booms, expected) in [
+        for (share, own, expected) in [
             (0.003, 1.0, NOTHING),
+            (0.003, 2.2, NOTHING),
             (0.003, 1.4, NOTHING),
             (0.003, 0.6, NOTHING),
             (0.4, 1.0, 1.0),
@@ -275,10 +284,10 @@ mod tests {
                 mass,
                 inertia,
                 moment,
-                booms,
+                own,
             };
             let (last, _, end) = weighed(&payload);
-            assert_eq!(last, expected, "{share} {booms}");
+            assert_eq!(last, expected, "{share} {own}");
             assert!(end < 0.1, "{share}: {end} rad/s at the end");
         }
     }
@@ -298,7 +307,7 @@ mod tests {
                 mass,
                 inertia,
                 moment,
-                booms: 1.0,
+                own: 1.0,
             };
             let (last, empty, _) = weighed(&payload);
             assert_eq!((last, empty), (1.0, 0.0), "{mass} {inertia} {moment}");
@@ -337,13 +346,15 @@ mod tests {
                 ..HookReadings::default()
             };
             weighing.advance(&felt, hook, 0.1);
-            weighing.mass(hook)
+            weighing.masses(hook)
         };
         let Q = |s: f64, m: f64| [s * 11e3 + m * 9e3, s * 6e3 + m * 9.5e3];
-        assert!((found(Q(1.4, 0.2), &HOOK) - 0.2).abs() < 1e-12);
+        let [own, mass] = found(Q(1.4, 0.2), &HOOK);
+        assert!((own - 1.4).abs() < 1e-12 && (mass - 0.2).abs() < 1e-12);
         let mut alike = HOOK;
         alike.payload_moments[2] = 9e3 * 6.0 / 11.0;
         let felt = [11e3 + 0.7 * 9e3, 6e3 + 0.7 * 9e3 * 6.0 / 11.0];
-        assert!((found(felt, &alike) - 0.7).abs() < 1e-12);
+        let [own, mass] = found(felt, &alike);
+        assert!(own == 1.0 && (mass - 0.7).abs() < 1e-12);
     }
 }
