@@ -84,7 +84,10 @@ impl FixedSteps {
                 let Some(late) = jitter.lateness(k) else {
                     return Ok(false);
                 };
-                master.step_to(start + (k as f64 + late) * step)?;
+                // A late one still leaves a rest.
+                let point = start + (k as f64 + late) * step;
+                let grid = start + k as f64 * step;
+                master.step_to(if point < self.stop { point } else { grid })?;
             }
         }
         Ok(true)

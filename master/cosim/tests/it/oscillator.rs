@@ -1,7 +1,7 @@
 //! The master on two coupled FMUs that make a mass–spring–damper: m x'' + d x' + k x = 0.
 
 use cosim::io::csv::Log;
-use cosim::master::{Master, Schedule};
+use cosim::master::{Jitter, Master, Schedule};
 use cosim::run::observer::Observer;
 use cosim::run::signals::matching;
 use cosim::run::simulate::{self, Experiment};
@@ -265,6 +265,21 @@ fn the_last_step_is_shortened_to_end_at_the_stop_time() {
         (x, v) = (x + h * v + h * h * a / 2.0, v + h * a);
     }
     assert!((last[3] - x).abs() < 1e-14 * 10.0, "{} {x}", last[3]);
+}
+
+/// Points that jitter makes up to 0.045 s late, and a stop 0.01 s after the last of them on the grid.
+#[test]
+fn jitter_leaves_the_last_step_its_rest() {
+    let system = system("jitter", &oscillator()).unwrap();
+    for seed in 0..20 {
+        let (part, lost) = (0.9, 0.1);
+        let mut experiment = experiment(&system, 0.1, Some(0.81));
+        experiment.stepping.jitter = Some(Jitter { seed, part, lost });
+        let (text, _, simulated) = logged(&system, "jitter", &experiment);
+        let times: Vec<f64> = text.lines().skip(1).map(|row| numbers(row)[0]).collect();
+        assert!(times.is_sorted() && times.last() == Some(&0.81), "{times:?}");
+        assert!((simulated - 0.31).abs() < 1e-12);
+    }
 }
 
 /// Held force with ω h > 2: each step multiplies the state by a factor < −1, so that x jumps from
