@@ -9,11 +9,16 @@
 //! and paths. A run that is not kept makes the cost infinite, and the remaining runs are skipped, as
 //! they are once gains are clearly behind the best so far. Gains that would be the best must also do
 //! what the shipped ones of their law do of a sample of what is asked of a machine.
+//!
+//! Few machines do not show what fails one of a hundred. So the gains that were the best one after the
+//! other are tried on further machines, and those with the fewest failures are taken.
 
 mod contestants;
+mod rows;
 mod shipping;
 
 pub use contestants::{CONTESTANTS, Contestant, Model, TUNING_PATHS};
+pub use rows::{Row, rows};
 pub use shipping::{Asked, Sample};
 
 use anyhow::{Context, Result};
@@ -23,9 +28,7 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use serde::Serialize;
-use surrogate::judgement::resampling::bootstrap;
 
-use crate::analyses::draws::Counts;
 use crate::analyses::identification::run::Identified;
 use crate::runs::ended_run::{EndedRun, Fate};
 use crate::runs::grid::{Case, Spread};
@@ -59,6 +62,9 @@ pub struct Tournament<'a> {
     pub identified: Identified,
     /// What gains must do besides being accurate.
     pub sample: Sample,
+    /// Machines on which the gains are tuned, and those on which the best ones are tried.
+    pub tuning: &'a [Case],
+    pub trial: &'a [Case],
 }
 
 /// The tuned gains of a law.
@@ -75,6 +81,11 @@ pub struct Tuned {
     pub tried: usize,
     /// What the best ones had to do besides being accurate.
     pub asked: Vec<Asked>,
+    /// Number of gains that were the best one after the other, and of those that were tried in the end.
+    pub bests: usize,
+    pub trials: usize,
+    /// Runs of the trial that were stopped or lost.
+    pub failures: usize,
     /// Start values of the controller.
     #[serde(skip)]
     settings: Vec<Setting>,
@@ -94,7 +105,8 @@ struct Tuning<'a> {
     contestant: &'a Contestant,
     /// What is asked of its best gains, since its shipped ones do it.
     asked: Vec<Asked>,
-    best: Option<Candidate>,
+    /// Those that were the best one after the other.
+    bests: Vec<Candidate>,
     /// Candidates so far, and those that lost a run.
     tried: u64,
     lost: usize,
@@ -102,7 +114,7 @@ struct Tuning<'a> {
 
 impl Tuning<'_> {
     fn best_logs(&self) -> Option<&[f64]> {
-        self.best.as_ref().map(|best| &best.logs[..])
+        self.bests.last().map(|best| &best.logs[..])
     }
 }
 
@@ -216,38 +228,35 @@ impl Tournament<'_> {
         Ok(Some(candidate))
     }
 
-    /// Tunes all `contestants` with `budget` candidates each on `cases`, besides what they try of
+    /// Tunes all `contestants` with `budget` candidates each, besides what they try of
     /// each other; `done` is called after each candidate.
     pub fn tune(
         &self,
         contestants: &[&Contestant],
-        cases: &[Case],
         budget: u64,
         done: impl Fn() + Sync,
     ) -> Result<Vec<Tuned>> {
         let mut field: Vec<Tuning> = (contestants.par_iter())
-            .map(|&contestant| self.spread(contestant, cases, budget, &done))
+            .map(|&contestant| self.spread(contestant, budget, &done))
             .collect::<Result<_>>()?;
-        self.exchange(&mut field, cases, &done)?;
+        self.exchange(&mut field, &done)?;
         field.par_iter_mut().try_for_each(|tuning| {
             for k in spread_count(budget)..budget {
                 let groups = tuning.contestant.gains.len();
                 let logs = candidate_logs(groups, k, budget, tuning.best_logs());
-                self.challenge(tuning, logs, cases)?;
+                self.challenge(tuning, logs)?;
                 done();
             }
             anyhow::Ok(())
         })?;
-        self.exchange(&mut field, cases, &done)?;
-        let tuned = field.into_iter().map(|tuning| self.tuned(tuning));
-        tuned.collect()
+        self.exchange(&mut field, &done)?;
+        field.par_iter().map(|tuning| self.tuned(tuning)).collect()
     }
 
     /// The first half of the budget: candidates that are spread evenly, by successive halving.
     fn spread<'a>(
         &self,
         contestant: &'a Contestant,
-        cases: &[Case],
         budget: u64,
         done: impl Fn(),
     ) -> Result<Tuning<'a>> {
@@ -266,12 +275,12 @@ impl Tournament<'_> {
         let mut lost = 0;
         let mut field: Vec<_> = (0..tried).map(new_candidate).collect();
         let mut wanted = field.len();
-        for machines in [ROUNDS[0], ROUNDS[1], cases.len()] {
+        for machines in [ROUNDS[0], ROUNDS[1], self.tuning.len()] {
             let mut ranked = Vec::new();
             for candidate in field {
                 let is_new = candidate.errors.is_empty();
                 if ranked.len() < wanted {
-                    let cases = &cases[..machines.min(cases.len())];
+                    let cases = &self.tuning[..machines.min(self.tuning.len())];
                     let kept = self.judge(contestant, candidate, cases, &[])?;
                     lost += usize::from(kept.is_none());
                     ranked.extend(kept);
@@ -284,24 +293,24 @@ impl Tournament<'_> {
             wanted = ranked.len().div_ceil(ONE_OF);
             field = ranked;
         }
-        let mut best = None;
+        let mut bests = Vec::new();
         for candidate in field {
             if self.ships(contestant, &candidate.logs, &asked)? {
-                best = Some(candidate);
+                bests.push(candidate);
                 break;
             }
         }
         Ok(Tuning {
             contestant,
             asked,
-            best,
+            bests,
             tried,
             lost,
         })
     }
 
     /// Every law tries the best gains of every other one.
-    fn exchange(&self, field: &mut [Tuning], cases: &[Case], done: impl Fn() + Sync) -> Result<()> {
+    fn exchange(&self, field: &mut [Tuning], done: impl Fn() + Sync) -> Result<()> {
         let best = |tuning: &Tuning| tuning.best_logs().map(<[f64]>::to_vec);
         let bests: Vec<_> = field.iter().map(|t| (t.contestant, best(t))).collect();
         field
@@ -314,7 +323,7 @@ impl Tournament<'_> {
                         .as_ref()
                         .map(|theirs| borrowed(tuning, (rival.gains, theirs)));
                     if let Some(logs) = logs.filter(|logs| tuning.best_logs() != Some(logs)) {
-                        self.challenge(tuning, logs, cases)?;
+                        self.challenge(tuning, logs)?;
                     }
                     done();
                 }
@@ -323,55 +332,71 @@ impl Tournament<'_> {
     }
 
     /// Tries gains, which become the best if they are better on all cases.
-    fn challenge(&self, tuning: &mut Tuning, logs: Vec<f64>, cases: &[Case]) -> Result<()> {
+    fn challenge(&self, tuning: &mut Tuning, logs: Vec<f64>) -> Result<()> {
         let next = Candidate {
             k: tuning.tried,
             logs,
             errors: Vec::new(),
         };
         tuning.tried += 1;
-        let best = tuning.best.as_ref().map_or(&[][..], |best| &best.errors);
-        let Some(found) = self.judge(tuning.contestant, next, cases, best)? else {
+        let best = tuning.bests.last().map_or(&[][..], |best| &best.errors);
+        let Some(found) = self.judge(tuning.contestant, next, self.tuning, best)? else {
             tuning.lost += 1;
             return Ok(());
         };
         let is_whole = found.errors.len() >= best.len();
         let is_better = is_whole && (best.is_empty() || cost(&found.errors) < cost(best));
         if is_better && self.ships(tuning.contestant, &found.logs, &tuning.asked)? {
-            tuning.best = Some(found);
+            tuning.bests.push(found);
         }
         Ok(())
     }
 
-    fn tuned(&self, tuning: Tuning) -> Result<Tuned> {
-        let Tuning {
-            contestant,
-            asked,
-            best,
-            tried,
-            lost,
-        } = tuning;
-        let cost = best.as_ref().map(|best| cost(&best.errors));
-        let logs = best.map_or(vec![0.0; contestant.gains.len()], |best| best.logs);
-        let (gains, law) = self.scaled(contestant, &logs)?;
-        let tried = usize::try_from(tried)?;
-        Ok(Tuned {
-            law: contestant.name.into(),
-            gains,
-            cost,
-            kept: tried - lost,
-            tried,
-            asked,
-            settings: law.settings(self.system)?,
-        })
+    /// The gains that fail least in the trial, the last of them that was the best.
+    fn tuned(&self, tuning: &Tuning) -> Result<Tuned> {
+        let contestant = tuning.contestant;
+        let scaled = |logs: &[f64], cost| {
+            let (gains, law) = self.scaled(contestant, logs)?;
+            let tried = usize::try_from(tuning.tried)?;
+            anyhow::Ok(Tuned {
+                law: contestant.name.into(),
+                gains,
+                cost,
+                kept: tried - tuning.lost,
+                tried,
+                asked: tuning.asked.clone(),
+                bests: tuning.bests.len(),
+                settings: law.settings(self.system)?,
+                ..Tuned::default()
+            })
+        };
+        let mut least: Option<Tuned> = None;
+        for (k, best) in (1..).zip(tuning.bests.iter().rev()) {
+            let mut tuned = scaled(&best.logs, Some(cost(&best.errors)))?;
+            let runs = self.report((contestant, &tuned), self.trial, &TUNING_PATHS, || ())?;
+            tuned.failures = runs.iter().filter(|run| run.fate != Fate::Kept).count();
+            let mut taken = match least.take() {
+                Some(least) if least.failures <= tuned.failures => least,
+                _ => tuned,
+            };
+            taken.trials = k;
+            let is_kept = taken.failures == 0;
+            least = Some(taken);
+            if is_kept {
+                break;
+            }
+        }
+        match least {
+            Some(least) => Ok(least),
+            None => scaled(&vec![0.0; contestant.gains.len()], None),
+        }
     }
 
     /// The runs of the tuned `contestant` on every case and path, case by case; `done` is called
     /// after each.
     pub fn report(
         &self,
-        contestant: &Contestant,
-        tuned: &Tuned,
+        (contestant, tuned): (&Contestant, &Tuned),
         cases: &[Case],
         paths: &[&str],
         done: impl Fn() + Sync,
@@ -430,67 +455,9 @@ fn candidate_logs(groups: usize, k: u64, budget: u64, best: Option<&[f64]>) -> V
     (0..groups).map(|j| 2.0 * part(j) - 1.0).collect()
 }
 
-/// A law in the report.
-#[derive(Clone, Debug, Serialize)]
-pub struct Row {
-    pub law: String,
-    pub counts: Counts,
-    /// Known error of the runs that were kept, m.
-    pub error: Spread,
-    /// Error relative to that of the reference law, geometric mean over the runs that both kept, and
-    /// the bounds of its 95 % interval; None for the reference, or without such runs.
-    pub ratio: Option<[f64; 3]>,
-}
-
-/// Rows of the report: fewest failures first, then by the median; ratios are to `reference`, or to
-/// the first law where that did not take part.
-pub fn rows(results: &[(Tuned, Vec<EndedRun>)], reference: &str) -> Result<Vec<Row>> {
-    let (_, reference_runs) = (results.iter())
-        .find(|(tuned, _)| tuned.law == reference)
-        .or(results.first())
-        .context("no law took part")?;
-    let row = |(tuned, ended): &(Tuned, Vec<EndedRun>)| {
-        let pairs = ended.iter().zip(reference_runs);
-        let logs: Vec<f64> = pairs
-            .filter_map(|(own, first)| Some((own.rmse? / first.rmse?).ln()))
-            .collect();
-        let is_compared = tuned.law != reference && !logs.is_empty();
-        Row {
-            law: tuned.law.clone(),
-            counts: Counts::from_runs(ended),
-            error: Spread::from_values(ended.iter().filter_map(|run| run.rmse)),
-            ratio: is_compared.then(|| mean_with_interval(&logs).map(f64::exp)),
-        }
-    };
-    let mut rows: Vec<Row> = results.iter().map(row).collect();
-    rows.sort_by(|a, b| {
-        let failed = |row: &Row| row.counts.lost + row.counts.stopped;
-        (failed(a).cmp(&failed(b))).then(a.error.median.total_cmp(&b.error.median))
-    });
-    Ok(rows)
-}
-
-/// Mean of `values` and its 95 % interval.
-fn mean_with_interval(values: &[f64]) -> [f64; 3] {
-    let sum = |drawn: &[usize]| drawn.iter().map(|&k| values[k]).sum::<f64>();
-    bootstrap(values.len(), |drawn| sum(drawn) / drawn.len() as f64)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// 100 numbers of variance 1/12: the interval of their mean is ±1.96/√1200 = ±0.057; the
-    /// bootstrap's own error is some 5 % of it.
-    #[test]
-    fn the_interval_is_that_of_the_mean() {
-        let values: Vec<f64> = (0..100).map(|k| f64::from(k) / 99.0).collect();
-        let [mean, low, high] = mean_with_interval(&values);
-        assert!((mean - 0.5).abs() < 1e-12);
-        for side in [mean - low, high - mean] {
-            assert!((side / 0.057 - 1.0).abs() < 0.15, "{low} {high}");
-        }
-    }
 
     /// A law takes from a rival what both have, and keeps the rest of its own.
     #[test]
@@ -498,11 +465,11 @@ mod tests {
         let own = Tuning {
             contestant: &CONTESTANTS[0],
             asked: Vec::new(),
-            best: Some(Candidate {
+            bests: vec![Candidate {
                 k: 0,
                 logs: vec![0.1, 0.2, 0.3, 0.4, 0.5],
                 errors: Vec::new(),
-            }),
+            }],
             tried: 1,
             lost: 0,
         };
@@ -551,39 +518,5 @@ mod tests {
         };
         let mean = |from: u64| (from..from + 20).map(away).sum::<f64>() / 20.0;
         assert!(mean(80) < 0.6 * mean(50), "{} {}", mean(80), mean(50));
-    }
-
-    /// Failures count before errors; a law with twice the error of the first on every run has that
-    /// ratio, with no width.
-    #[test]
-    fn failures_come_before_errors() {
-        let result = |law: &str, errors: &[Option<f64>]| {
-            let run = |rmse: &Option<f64>| EndedRun {
-                fate: if rmse.is_some() {
-                    Fate::Kept
-                } else {
-                    Fate::Lost
-                },
-                rmse: *rmse,
-                ..EndedRun::lost(String::new())
-            };
-            let tuned = Tuned {
-                law: law.into(),
-                ..Tuned::default()
-            };
-            (tuned, errors.iter().map(run).collect())
-        };
-        let results = [
-            result("a", &[Some(1e-3), Some(2e-3), Some(3e-3)]),
-            result("b", &[Some(1e-4), None, Some(1e-4)]),
-            result("c", &[Some(2e-3), Some(4e-3), Some(6e-3)]),
-        ];
-        let rows = rows(&results, "a").expect("laws");
-        let order: Vec<_> = rows.iter().map(|row| row.law.as_str()).collect();
-        assert_eq!(order, ["a", "c", "b"]);
-        assert_eq!(rows[0].ratio, None);
-        for bound in rows[1].ratio.expect("pairs") {
-            assert!((bound - 2.0).abs() < 1e-12, "{bound}");
-        }
     }
 }

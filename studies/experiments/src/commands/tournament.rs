@@ -43,6 +43,10 @@ pub struct TournamentArgs {
     /// Number of machines for tuning, from seed 101 on
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..))]
     tuning_seeds: u64,
+    /// Number of machines on which the gains that were the best one after the other are tried, from seed 201 on;
+    /// those that fail least are taken
+    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..))]
+    trial_seeds: u64,
     /// Number of machines for the report, from seed 1 on
     #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u64).range(1..=100))]
     seeds: u64,
@@ -70,7 +74,6 @@ type Reports = Vec<(Tuned, Vec<EndedRun>)>;
 /// A tournament, with the machines and paths of its report.
 struct Contest<'a> {
     tournament: Tournament<'a>,
-    tuning: &'a [Case],
     reporting: &'a [Case],
     paths: Vec<&'static str>,
 }
@@ -88,8 +91,9 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
         }
         Ok(drawn)
     };
-    let tuning = drawn(101..101 + args.tuning_seeds)?.list;
-    let reporting = drawn(1..1 + args.seeds)?.list;
+    let tuning = drawn(101..101 + args.tuning_seeds)?;
+    let trial = drawn(201..201 + args.trial_seeds)?;
+    let reporting = drawn(1..1 + args.seeds)?;
     let store = &RunStore::new(Some(&args.store))?;
     let mut contest = Contest {
         tournament: Tournament {
@@ -98,9 +102,10 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
             store,
             identified: Identified::new(),
             sample: Sample::draw(&system, &base)?,
+            tuning: &tuning.list,
+            trial: &trial.list,
         },
-        tuning: &tuning,
-        reporting: &reporting,
+        reporting: &reporting.list,
         paths: ALL_TRAJECTORIES.to_vec(),
     };
     (contest.paths).retain(|path| args.paths.is_empty() || args.paths.iter().any(|p| p == path));
@@ -108,7 +113,7 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     let laws: Vec<_> = CONTESTANTS.iter().filter(|c| chosen(c.name)).collect();
     eprintln!("{}", contest.estimate(&laws, args)?);
     if laws.iter().any(|law| law.model == Model::Identified) {
-        let cases = [&tuning[..], &reporting].concat();
+        let cases = [&tuning.list[..], &trial.list, &reporting.list].concat();
         let commissioning = Commissioning::new(&system, &base, &args.store)?;
         let identified = with_progress(cases.len() as u64, "machines identified", |done| {
             commissioning.identify((&system, &base), &cases, store, done)
@@ -118,14 +123,10 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
         contest.tournament.identified = identified;
     }
     let reports = contest.compete(&laws, args.budget)?;
-    let rows = tournament::rows(&reports, REFERENCE)?;
+    let rows = report_rows(&reports, 0, 1)?;
     let mut tables = table("law", &rows);
     for (k, path) in contest.paths.iter().enumerate() {
-        let of_path = |(tuned, runs): &(Tuned, Vec<EndedRun>)| {
-            let runs = runs.iter().skip(k).step_by(contest.paths.len()).cloned();
-            (tuned.clone(), runs.collect())
-        };
-        let rows = tournament::rows(&Reports::from_iter(reports.iter().map(of_path)), REFERENCE)?;
+        let rows = report_rows(&reports, k, contest.paths.len())?;
         tables += &table(path, &rows);
         found["paths"][path] = serde_json::to_value(rows)?;
     }
@@ -138,7 +139,7 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
     let best: Vec<_> = real.take(args.again).collect();
     if !best.is_empty() {
         let again = contest.compete(&best, 2 * args.budget)?;
-        let rows = tournament::rows(&again, REFERENCE)?;
+        let rows = report_rows(&again, 0, 1)?;
         let names = best.iter().map(|law| law.name);
         let order = if rows.iter().map(|row| &*row.law).eq(names) {
             "the same order"
@@ -165,11 +166,15 @@ impl Contest<'_> {
     /// Text on how long the tournament takes at most, from a run that is made for it.
     fn estimate(&self, laws: &[&Contestant], args: &TournamentArgs) -> Result<String> {
         let begun = Instant::now();
-        let simulated = self.tournament.sample_run(laws[0], &self.tuning[0])?;
+        let simulated = self
+            .tournament
+            .sample_run(laws[0], &self.tournament.tuning[0])?;
         let each = begun.elapsed().as_secs_f64() / simulated * RUN;
         let count = |laws: usize, budget: u64| {
-            let tuned = tries(laws, budget) * (self.tuning.len() * TUNING_PATHS.len()) as u64;
-            tuned + self.report_runs(laws)
+            let contest = &self.tournament;
+            let tuned = tries(laws, budget) * contest.tuning.len() as u64;
+            let machines = tuned + (laws * contest.trial.len()) as u64;
+            machines * TUNING_PATHS.len() as u64 + self.report_runs(laws)
         };
         let again = args.again.min(laws.len());
         let all = count(laws.len(), args.budget) + count(again, 2 * args.budget);
@@ -183,12 +188,12 @@ impl Contest<'_> {
     /// Tunes `laws` with `budget` candidates each and makes the runs of their report.
     fn compete(&self, laws: &[&Contestant], budget: u64) -> Result<Reports> {
         let results = with_progress(tries(laws.len(), budget), "candidates", |done| {
-            self.tournament.tune(laws, self.tuning, budget, done)
+            self.tournament.tune(laws, budget, done)
         })?;
         with_progress(self.report_runs(laws.len()), "runs", |done| {
             let report = |(law, tuned): (&&Contestant, Tuned)| {
                 let contest = &self.tournament;
-                let ended = contest.report(law, &tuned, self.reporting, &self.paths, done)?;
+                let ended = contest.report((law, &tuned), self.reporting, &self.paths, done)?;
                 Ok((tuned, ended))
             };
             laws.iter().zip(results).map(report).collect()
@@ -199,6 +204,15 @@ impl Contest<'_> {
     fn report_runs(&self, laws: usize) -> u64 {
         (laws * self.reporting.len() * self.paths.len()) as u64
     }
+}
+
+/// Rows of every `step`-th run from `first` on.
+fn report_rows<'a>(reports: &'a Reports, first: usize, step: usize) -> Result<Vec<Row>> {
+    let of = |(tuned, runs): &'a (Tuned, Vec<EndedRun>)| {
+        let runs = runs.iter().skip(first).step_by(step);
+        (&*tuned.law, runs.collect())
+    };
+    tournament::rows(&Vec::from_iter(reports.iter().map(of)), REFERENCE)
 }
 
 /// Candidates of `laws` with `budget` each; each law twice tries the best gains of all others.
@@ -275,10 +289,13 @@ fn gains(reports: &Reports) -> String {
         let gains = t.gains.iter().map(gain);
         let asked = t.asked.iter().copied().map(Asked::name);
         text += &format!(
-            "{}: {cost}, {} of {} candidates kept every run; {}; asked for besides: {}\n",
+            "{}: {cost}, {} of {} candidates kept every run, {} were the best one after the other, {} of them tried, with {} failures; {}; asked for besides: {}\n",
             t.law,
             t.kept,
             t.tried,
+            t.bests,
+            t.trials,
+            t.failures,
             Vec::from_iter(gains).join(", "),
             Vec::from_iter(asked).join(", ")
         );
