@@ -476,7 +476,7 @@ STUDIES = {
     ),
     "tournament": (
         {"plain": "tournament"},
-        SETUP | dict.fromkeys(["--law", "--budget", "--tuning-seeds", "--seeds", "--path", "--ideal-wrist", "--again", "--store", "--json"], Told(SLOW)),
+        SETUP | dict.fromkeys(["--law", "--budget", "--tuning-seeds", "--trial-seeds", "--seeds", "--path", "--ideal-wrist", "--again", "--store", "--json"], Told(SLOW)),
     ),
     "margins": (
         {"plain": "margins"},

@@ -245,18 +245,19 @@ def test_weighing_makes_no_payload_worse(fmu_dir, tmp_path):
 
 def test_a_tournament_goes_on_where_it_was_interrupted(fmu_dir, tmp_path):
     """Tuned and reported with few runs: the files that are there are taken, and the table is the same."""
-    options = ["--budget", 2, "--tuning-seeds", 1, "--seeds", 1, "--store", tmp_path / "store"]
+    options = ["--budget", 2, "--tuning-seeds", 1, "--trial-seeds", 1, "--seeds", 1, "--store", tmp_path / "store"]
     options += ["--law", "modular_integral_identified", "--law", "cascade", "--again", 1, "--json", tmp_path / "t.json"]
     first = call("hdrm-fmu", "tournament", "--system", fmu_dir / "Real.ssp", *options)
     assert first.returncode == 0 and "hours" in first.stderr, first.stderr
     found = json.loads((tmp_path / "t.json").read_text())
     assert {row["law"] for row in found["rows"]} == {"modular_integral_identified", "cascade"}
-    assert "2 of 2 machines identified" in first.stderr and found["excitation"]["base"] > 15, first.stderr
+    assert "3 of 3 machines identified" in first.stderr and found["excitation"]["base"] > 15, first.stderr
     for row, trials in zip(found["tuned"], found["runs"]):
         # Each law may try what the other has found, twice.
-        assert 2 <= row["tried"] <= 4 and len(trials) == 3 and all(t["fate"] in ("kept", "stopped", "lost") for t in trials), row
+        assert 2 <= row["tried"] <= 4 and 1 <= row["trials"] <= row["bests"] and row["failures"] <= 2 and len(trials) == 3 and all(t["fate"] in ("kept", "stopped", "lost") for t in trials), row
     # What ships rests and survives the sample of faults, so gains that win have to.
     assert {"rest", "faults"} <= set(found["tuned"][0]["asked"]) and found["tuned"][1]["asked"] == [], found["tuned"]
+    assert set(found["paths"]) == {"cubic", "triangular", "six-joints"} and all(len(rows) == 2 for rows in found["paths"].values())
     assert len(found["again"]) == 1 and "twice the budget: the same order" in first.stdout, first.stdout
     files = sorted((tmp_path / "store").iterdir())
     times = {f: f.stat().st_mtime_ns for f in files}
