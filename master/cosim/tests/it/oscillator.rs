@@ -277,7 +277,10 @@ fn jitter_leaves_the_last_step_its_rest() {
         experiment.stepping.jitter = Some(Jitter { seed, part, lost });
         let (text, _, simulated) = logged(&system, "jitter", &experiment);
         let times: Vec<f64> = text.lines().skip(1).map(|row| numbers(row)[0]).collect();
-        assert!(times.is_sorted() && times.last() == Some(&0.81), "{times:?}");
+        assert!(
+            times.is_sorted() && times.last() == Some(&0.81),
+            "{times:?}"
+        );
         assert!((simulated - 0.31).abs() < 1e-12);
     }
 }

@@ -68,7 +68,7 @@ pub struct Tournament<'a> {
 }
 
 /// The tuned gains of a law.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Tuned {
     pub law: String,
     /// Names and values of the gains that were tuned.
@@ -88,7 +88,7 @@ pub struct Tuned {
     pub failures: usize,
     /// Start values of the controller.
     #[serde(skip)]
-    settings: Vec<Setting>,
+    pub settings: Vec<Setting>,
 }
 
 /// Gains that are tried.
@@ -352,59 +352,55 @@ impl Tournament<'_> {
         Ok(())
     }
 
-    /// The gains that fail least in the trial, the last of them that was the best.
+    /// The gains that fail least in the trial, the last of them that was the best; what is shipped where
+    /// no gains kept all their runs.
     fn tuned(&self, tuning: &Tuning) -> Result<Tuned> {
         let contestant = tuning.contestant;
-        let scaled = |logs: &[f64], cost| {
-            let (gains, law) = self.scaled(contestant, logs)?;
-            let tried = usize::try_from(tuning.tried)?;
-            anyhow::Ok(Tuned {
-                law: contestant.name.into(),
-                gains,
-                cost,
-                kept: tried - tuning.lost,
-                tried,
-                asked: tuning.asked.clone(),
-                bests: tuning.bests.len(),
-                settings: law.settings(self.system)?,
-                ..Tuned::default()
-            })
-        };
-        let mut least: Option<Tuned> = None;
-        for (k, best) in (1..).zip(tuning.bests.iter().rev()) {
-            let mut tuned = scaled(&best.logs, Some(cost(&best.errors)))?;
-            let runs = self.report((contestant, &tuned), self.trial, &TUNING_PATHS, || ())?;
-            tuned.failures = runs.iter().filter(|run| run.fate != Fate::Kept).count();
-            let mut taken = match least.take() {
-                Some(least) if least.failures <= tuned.failures => least,
-                _ => tuned,
-            };
-            taken.trials = k;
-            let is_kept = taken.failures == 0;
-            least = Some(taken);
-            if is_kept {
+        let mut trials = Vec::new();
+        for best in tuning.bests.iter().rev() {
+            let settings = self
+                .scaled(contestant, &best.logs)?
+                .1
+                .settings(self.system)?;
+            let runs = self.report((contestant, &settings), self.trial, &TUNING_PATHS, || ())?;
+            let failures = runs.iter().filter(|run| run.fate != Fate::Kept).count();
+            trials.push((failures, best));
+            if failures == 0 {
                 break;
             }
         }
-        match least {
-            Some(least) => Ok(least),
-            None => scaled(&vec![0.0; contestant.gains.len()], None),
-        }
+        let least = trials.iter().min_by_key(|(failures, _)| *failures);
+        let shipped = vec![0.0; contestant.gains.len()];
+        let logs = least.map_or(&shipped, |(_, best)| &best.logs);
+        let (gains, law) = self.scaled(contestant, logs)?;
+        let tried = usize::try_from(tuning.tried)?;
+        Ok(Tuned {
+            law: contestant.name.into(),
+            gains,
+            cost: least.map(|(_, best)| cost(&best.errors)),
+            kept: tried - tuning.lost,
+            tried,
+            asked: tuning.asked.clone(),
+            bests: tuning.bests.len(),
+            trials: trials.len(),
+            failures: least.map_or(0, |(failures, _)| *failures),
+            settings: law.settings(self.system)?,
+        })
     }
 
-    /// The runs of the tuned `contestant` on every case and path, case by case; `done` is called
+    /// The runs of `contestant` with these settings on every case and path, case by case; `done` is called
     /// after each.
     pub fn report(
         &self,
-        (contestant, tuned): (&Contestant, &Tuned),
+        (contestant, settings): (&Contestant, &[Setting]),
         cases: &[Case],
         paths: &[&str],
         done: impl Fn() + Sync,
     ) -> Result<Vec<EndedRun>> {
-        let name = format!("report {}", tuned.law);
+        let name = format!("report {}", contestant.name);
         let one = |k: usize| {
             let (case, path) = (&cases[k / paths.len()], paths[k % paths.len()]);
-            let run = self.kept_run(&name, contestant, &tuned.settings, case, path)?;
+            let run = self.kept_run(&name, contestant, settings, case, path)?;
             done();
             Ok(run)
         };

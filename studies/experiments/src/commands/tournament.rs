@@ -193,7 +193,8 @@ impl Contest<'_> {
         with_progress(self.report_runs(laws.len()), "runs", |done| {
             let report = |(law, tuned): (&&Contestant, Tuned)| {
                 let contest = &self.tournament;
-                let ended = contest.report((law, &tuned), self.reporting, &self.paths, done)?;
+                let ended =
+                    contest.report((law, &tuned.settings), self.reporting, &self.paths, done)?;
                 Ok((tuned, ended))
             };
             laws.iter().zip(results).map(report).collect()
