@@ -76,17 +76,17 @@ impl FixedSteps {
         let Stepping { start, step, .. } = self.stepping;
         self.made = k;
         let is_last = k >= self.all();
+        let grid = start + k as f64 * step;
         match (k > self.whole, self.stepping.jitter) {
             (true, _) => master.step_to(self.stop)?,
             (false, None) => master.step()?,
-            (false, Some(_)) if is_last => master.step_to(start + k as f64 * step)?,
+            (false, Some(_)) if is_last => master.step_to(grid)?,
             (false, Some(jitter)) => {
                 let Some(late) = jitter.lateness(k) else {
                     return Ok(false);
                 };
                 // A late one still leaves a rest.
                 let point = start + (k as f64 + late) * step;
-                let grid = start + k as f64 * step;
                 master.step_to(if point < self.stop { point } else { grid })?;
             }
         }

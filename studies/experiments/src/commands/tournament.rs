@@ -165,13 +165,11 @@ pub fn tournament(args: &TournamentArgs) -> Result<Verdict> {
 impl Contest<'_> {
     /// Text on how long the tournament takes at most, from a run that is made for it.
     fn estimate(&self, laws: &[&Contestant], args: &TournamentArgs) -> Result<String> {
+        let contest = &self.tournament;
         let begun = Instant::now();
-        let simulated = self
-            .tournament
-            .sample_run(laws[0], &self.tournament.tuning[0])?;
+        let simulated = contest.sample_run(laws[0], &contest.tuning[0])?;
         let each = begun.elapsed().as_secs_f64() / simulated * RUN;
         let count = |laws: usize, budget: u64| {
-            let contest = &self.tournament;
             let tuned = tries(laws, budget) * contest.tuning.len() as u64;
             let machines = tuned + (laws * contest.trial.len()) as u64;
             machines * TUNING_PATHS.len() as u64 + self.report_runs(laws)
