@@ -13,7 +13,7 @@ import native
 from browser import chromium, noise, run, shown, until
 from conftest import FMU_DIR
 from fmpy_master import ROOT
-from test_machine_page import PAGE, get, reopen, restart
+from machine_page import PAGE, get, reopen, restart
 
 MACHINE = "hiab_xs031"
 # What differs from the shipped crane: another payload, another rating, another end of travel.
