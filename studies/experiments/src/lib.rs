@@ -13,8 +13,17 @@
 //! machine files, `surrogate` and `emla` give the network's predictions, and `rig` controls a rig
 //! that loads another one. Crate `report` draws the results.
 #![forbid(unsafe_code)]
+#![cfg_attr(
+    not(feature = "commands"),
+    allow(
+        dead_code,
+        unused_imports,
+        reason = "the Python package is built without the commands, which use it"
+    )
+)]
 
 pub mod analyses;
+#[cfg(feature = "commands")]
 #[allow(
     missing_docs,
     reason = "the help texts of the arguments are their documentation"

@@ -4,6 +4,6 @@
 
 pub mod ended_run;
 pub mod grid;
-#[cfg(feature = "mcap")]
+#[cfg(feature = "commands")]
 pub mod mcap;
 pub mod run_store;

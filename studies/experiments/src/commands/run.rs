@@ -2,20 +2,15 @@
 
 use std::fmt::Display;
 
-#[cfg(feature = "mcap")]
-use anyhow::Context as _;
-use anyhow::Result;
+use anyhow::{Context as _, Result};
 use clap::Args;
-use cosim::cli::{CsvArgs, bar, keep_rows, print};
-#[cfg(feature = "mcap")]
-use cosim::cli::{keep_rows_in, output};
+use cosim::cli::{CsvArgs, bar, keep_rows, keep_rows_in, output, print};
 use cosim::run::observer::{Function, Observer, Observers};
 use cosim::{Experiment, Master, System, Verdict};
 
 use crate::measures::iso9283::{Measures, Meter};
 use crate::measures::run::{FailedRun, Outcome, default_signals, run as run_once};
 use crate::print::output::verdict_text;
-#[cfg(feature = "mcap")]
 use crate::runs::mcap::Recorder;
 use crate::setup::run_setup::MachineArgs;
 use crate::setup::start_values::{MODES, vary};
@@ -36,7 +31,6 @@ pub struct RunArgs {
     #[command(flatten)]
     csv: CsvArgs,
     /// Record poses of all bodies, signals and findings as MCAP, for Foxglove and rerun
-    #[cfg(feature = "mcap")]
     #[arg(long, value_name = "FILE", value_parser = output(), group = "rows")]
     mcap: Option<std::path::PathBuf>,
     /// Largest tip error over the motion for a good verdict, m
@@ -56,16 +50,12 @@ pub fn run(args: &RunArgs) -> Result<Verdict> {
     let scale = args.inertia_scale.iter();
     values.extend(scale.map(|v| ("inertia_scale", v as _)));
     let experiment = vary(&system, &base, &values)?;
-    #[cfg(feature = "mcap")]
     let mut recorder = args.recorder(&system, &experiment)?;
-    #[cfg(not(feature = "mcap"))]
-    let mut recorder = None::<cosim::Recording>;
     let done = logged_run(&system, &experiment, &args.csv, &mut recorder, args.quiet);
     if let Ok((outcome, _)) = &done {
         verdict.extend(outcome.verdict());
         verdict.extend(outcome.tip.verdict(args.max_error));
     }
-    #[cfg(feature = "mcap")]
     let done = match (&args.mcap, recorder) {
         (Some(path), Some(recorder)) => {
             let kept = recorder.finish(done.as_ref().map(|_| &verdict));
@@ -76,16 +66,12 @@ pub fn run(args: &RunArgs) -> Result<Verdict> {
     let (outcome, accuracy) = done?;
     let accuracy = accuracy.map_or(String::new(), |measures| measures.to_string());
     print(outcome.summary() + &accuracy + &verdict_text(&verdict))?;
-    let files = args.csv.csv.iter();
-    #[cfg(feature = "mcap")]
-    let files = files.chain(&args.mcap);
-    for path in files {
+    for path in args.csv.csv.iter().chain(&args.mcap) {
         print(format_args!("signals written to {}\n", path.display()))?;
     }
     Ok(verdict)
 }
 
-#[cfg(feature = "mcap")]
 impl RunArgs {
     fn recorder(&self, system: &System, experiment: &Experiment) -> Result<Option<Recorder>> {
         let Some(path) = &self.mcap else {
