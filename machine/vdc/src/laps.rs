@@ -26,8 +26,9 @@ const AVERAGED: usize = 4;
 /// Largest shift along each axis, m.
 const LARGEST: f64 = 0.02;
 /// Root mean square of a lap's error over that of the first one from which on nothing is learnt any more:
-/// the error does not repeat, or load or machine have changed.
-const WORSE: f64 = 1.05;
+/// the error does not repeat, or load or machine have changed. Laps that nothing changes were up to 1.14
+/// times as bad as the first (`docs/machine/laps.md`).
+const WORSE: f64 = 1.25;
 /// Time in which what was learnt fades then, s.
 const FADES: f64 = 1.0;
 
@@ -291,6 +292,23 @@ mod tests {
         let over = |k: usize| laps[k] / laps[0];
         assert!((1.7..1.8).contains(&over(1)) && over(2) < 1.2, "{laps:?}");
         assert!((3..9).all(|k| (over(k) - 1.0).abs() < 0.01), "{laps:?}");
+    }
+
+    /// A second lap that a wave of 8 Hz, of which nothing is learnt, makes 1.15 times as bad as the first does not end it; made 1.4
+    /// times as bad, it does.
+    #[test]
+    fn a_lap_that_is_worse_by_chance_does_not_end_it() {
+        for (chance, goes_on) in [(1.15, true), (1.4, false)] {
+            let wave = |waves: f64, t: f64| 1e-3 * (waves * TAU * t / PERIOD).sin();
+            let push = |t: f64| match (PERIOD..2.0 * PERIOD).contains(&t) {
+                true => wave(1.0, t) + chance * wave(32.0, t),
+                false => wave(1.0, t),
+            };
+            let laps = errors(&mut memory(), 6, push);
+            let over = |k: usize| laps[k] / laps[0];
+            assert!((over(1) - chance).abs() < 0.05, "{laps:?}");
+            assert_eq!(over(5) < 0.1, goes_on, "{laps:?}");
+        }
     }
 
     /// After six laps the push turns round: the lap is nearly twice as bad as the first, what was learnt fades
