@@ -1,8 +1,7 @@
-//! Results as text, CSV and JSON, gains as a parameter set, for the commands and the report.
+//! Results as text, CSV and JSON, for the commands and the report.
 
 pub mod comparison;
 pub mod energy;
-pub mod gains;
 pub mod output;
 pub mod sizing;
 pub mod stability;

@@ -12,9 +12,9 @@ use motion_check::gain_rule::{self, Actuators, RuledGain};
 
 use super::pictures::{DrawArgs, SceneArgs};
 use crate::analyses::machine_check::{self, Checked, at_start};
+use crate::machines::gains::parameter_set;
 use crate::machines::robot::{Robot, mjcf, urdf};
 use crate::machines::scaling::booms;
-use crate::print::gains::parameter_set;
 use crate::print::output::{write, write_json};
 use crate::setup::machine_choice::read;
 use crate::setup::packed_machine::pack;
@@ -189,7 +189,7 @@ fn gains(machine: &str, is_ideal: bool, output: Option<&Path>) -> Result<()> {
     let gains = gain_rule::gains_for(&read(machine)?, actuators, &[])?;
     if let Some(output) = output {
         let name = output.file_stem().unwrap_or_default().to_string_lossy();
-        let set = parameter_set(&name, machine, &gains, is_ideal);
+        let set = parameter_set(&name, machine, &gains, is_ideal)?;
         return write(Some(output), |file| file.write_all(set.as_bytes()));
     }
     let line = |g: &RuledGain| format!("{:<20}{:>8} {:<8}{}\n", g.name, g.value, g.unit, g.why);

@@ -1,7 +1,6 @@
 //! Writes a machine for the tools of robotics (`machine export`): MJCF for MuJoCo with both closed
 //! loops, URDF as a tree.
 
-mod element;
 mod links;
 mod mjcf;
 mod urdf;

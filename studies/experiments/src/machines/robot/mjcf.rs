@@ -5,8 +5,8 @@ use anyhow::Result;
 use hdrm::Body;
 use std::f64::consts::FRAC_PI_2;
 
-use super::element::Element;
 use super::links::{Robot, colour, equivalent_box};
+use crate::machines::element::Element;
 
 /// Step, s, up to which MuJoCo's explicit integration holds the pins.
 const TIMESTEP: f64 = 2.5e-4;

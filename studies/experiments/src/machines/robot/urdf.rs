@@ -5,8 +5,8 @@ use hdrm::{BODIES, Body};
 use std::f64::consts::FRAC_PI_2;
 use std::fmt::Write as _;
 
-use super::element::Element;
 use super::links::{Bar, Joint, Robot, colour, equivalent_box};
+use crate::machines::element::Element;
 
 /// Link on which the machine stands, z up.
 const BASE: &str = "base";

@@ -1,4 +1,4 @@
-//! A tree of XML elements with numbers as attributes, for `mjcf` and `urdf`.
+//! A tree of XML elements with numbers as attributes, for files of other tools.
 
 use std::fmt::Display;
 use std::io;
@@ -8,7 +8,7 @@ use quick_xml::Writer;
 use quick_xml::events::{BytesText, Event};
 
 /// An XML element with attributes and child elements.
-pub(super) struct Element {
+pub(crate) struct Element {
     name: &'static str,
     attributes: Vec<(&'static str, String)>,
     content: Vec<Element>,
