@@ -8,6 +8,28 @@ use super::element::Element;
 
 /// What the parameter set says first.
 const ABOUT: &str = " Gains by the rule of docs/machine/machines.md, each with its reason. ";
+/// Numbers that the systems with actuators as built have besides: value, unit and meaning.
+const AS_BUILT: [(&str, f64, &str, &str); 4] = [
+    (
+        "controller.reading_age",
+        0.001,
+        "s",
+        "readings are one step of 1 ms old",
+    ),
+    (
+        "controller.weighing_time",
+        0.5,
+        "s",
+        "the wrist shows whether the hook is empty",
+    ),
+    ("controller.force_limit", 1.2, "1", "of the rated forces"),
+    (
+        "sensors.speed.bandwidth_motor",
+        1200.0,
+        "rad/s",
+        "four times that at the joints",
+    ),
+];
 /// Units with their exponents of base units.
 const UNITS: [(&str, &[(&str, i32)]); 8] = [
     ("1", &[]),
@@ -28,15 +50,34 @@ pub fn parameter_set(
     gains: &[RuledGain],
     is_ideal: bool,
 ) -> Result<String> {
-    let gains = gains.iter().map(|gain| {
-        let name = format!("controller.{}", gain.name);
-        real(&name, gain.value, gain.unit, &gain.why)
-    });
-    let as_built = (!is_ideal).then(as_built).into_iter().flatten();
-    let units = UNITS.map(|(name, powers)| {
-        let base = Element::new("ssc:BaseUnit");
-        let base = (powers.iter()).fold(base, |base, (unit, power)| base.with(unit, power));
-        Element::new("ssc:Unit").with("name", name).holding([base])
+    let mut reals: Vec<_> = (gains.iter())
+        .map(|gain| {
+            (
+                format!("controller.{}", gain.name),
+                gain.value,
+                gain.unit,
+                &*gain.why,
+            )
+        })
+        .collect();
+    let mut others = Vec::new();
+    if !is_ideal {
+        reals.extend(AS_BUILT.map(|(name, value, unit, why)| (name.to_owned(), value, unit, why)));
+        others = as_built();
+    }
+    let units = UNITS
+        .iter()
+        .filter(|(name, _)| reals.iter().any(|(_, _, unit, _)| unit == name));
+    let units: Vec<_> = units
+        .map(|(name, powers)| {
+            let base = Element::new("ssc:BaseUnit");
+            let base = (powers.iter()).fold(base, |base, (unit, power)| base.with(unit, power));
+            Element::new("ssc:Unit").with("name", name).holding([base])
+        })
+        .collect();
+    let reals = reals.iter().map(|(name, value, unit, why)| {
+        let value = Element::new("ssv:Real").with("value", value);
+        parameter(name, why, value.with("unit", unit))
     });
     let (world, system, actuators) = match is_ideal {
         true => ("ideal", "Manipulator.ssp", "that the controller knows"),
@@ -62,54 +103,29 @@ pub fn parameter_set(
         .with("name", name)
         .with("description", about)
         .holding([
-            Element::new("ssv:Parameters").holding(gains.chain(as_built)),
+            Element::new("ssv:Parameters").holding(reals.chain(others)),
             Element::new("ssv:Units").holding(units),
         ]);
     set.file(ABOUT)
 }
 
-/// What the systems with actuators as built have besides.
-fn as_built() -> [Element; 9] {
-    let boolean = |name| {
-        let value = Element::new("ssv:Boolean").with("value", true);
-        parameter(name, "the drives regulate their currents themselves", value)
-    };
+/// What the systems with actuators as built have besides numbers.
+fn as_built() -> Vec<Element> {
+    let drives = ["controller", "emla_1", "emla_2", "emla_3"].map(|component| {
+        let (name, value) = (
+            format!("{component}.current_loop"),
+            Element::new("ssv:Boolean"),
+        );
+        let why = "the drives regulate their currents themselves";
+        parameter(&name, why, value.with("value", true))
+    });
     let observer = Element::new("ssv:Integer").with("value", 3);
-    [
-        real(
-            "controller.reading_age",
-            0.001,
-            "s",
-            "readings are one step of 1 ms old",
-        ),
-        real(
-            "controller.weighing_time",
-            0.5,
-            "s",
-            "the wrist shows whether the hook is empty",
-        ),
-        real("controller.force_limit", 1.2, "1", "of the rated forces"),
-        boolean("controller.current_loop"),
-        boolean("emla_1.current_loop"),
-        boolean("emla_2.current_loop"),
-        boolean("emla_3.current_loop"),
-        parameter(
-            "sensors.speed",
-            "speeds come from a tracking observer",
-            observer,
-        ),
-        real(
-            "sensors.speed.bandwidth_motor",
-            1200.0,
-            "rad/s",
-            "four times that at the joints",
-        ),
-    ]
-}
-
-fn real(name: &str, value: f64, unit: &str, why: &str) -> Element {
-    let value = Element::new("ssv:Real").with("value", value);
-    parameter(name, why, value.with("unit", unit))
+    let speed = parameter(
+        "sensors.speed",
+        "speeds come from a tracking observer",
+        observer,
+    );
+    drives.into_iter().chain([speed]).collect()
 }
 
 fn parameter(name: &str, why: &str, value: Element) -> Element {
@@ -124,7 +140,7 @@ mod tests {
     use super::parameter_set;
     use fmi_description::xml::Element;
     use machine_file::Machine;
-    use motion_check::gain_rule::{RuledGain, gains};
+    use motion_check::gain_rule::{RuledGain, gains, ideal_gains};
     use std::path::Path;
 
     fn set(name: &str) -> String {
@@ -151,12 +167,24 @@ mod tests {
         assert_eq!(written.expect("a set"), set("real_hiab_xs031.ssv"));
     }
 
-    /// A machine's file may have any name.
+    /// A machine's file may have any name, and each unit is defined.
     #[test]
-    fn any_name_gives_xml() {
+    fn a_set_for_any_machine_is_whole() {
         let name = "a--b & <c>";
-        let set = parameter_set(name, name, &[], false).expect("a set");
-        let read = Element::parse(&set, "set", "ParameterSet").expect("XML");
-        assert_eq!(read.get("name"), Some(name));
+        let machine = Machine::reference();
+        for (gains, is_ideal) in [(gains(&machine), false), (ideal_gains(&machine), true)] {
+            let gains = gains.expect("gains");
+            let set = parameter_set(name, name, &gains, is_ideal).expect("a set");
+            let read = Element::parse(&set, "set", "ParameterSet").expect("XML");
+            assert_eq!(read.get("name"), Some(name));
+            let defined: Vec<_> = (read.listed("Units", "Unit"))
+                .map(|unit| unit.text("name"))
+                .collect();
+            assert!(
+                gains
+                    .iter()
+                    .all(|gain| defined.iter().any(|unit| unit == gain.unit))
+            );
+        }
     }
 }
