@@ -9,6 +9,7 @@ use anyhow::{Result, ensure};
 use clap::Args;
 use cosim::Verdict;
 use cosim::cli::{output, print};
+use cosim::io::cells::cell;
 
 use crate::analyses::faults::grid::{self, AT_REST, Instant, PATHS, PAYLOADS, SHARES};
 use crate::analyses::faults::{self, FaultResult};
@@ -125,7 +126,7 @@ pub fn faults(args: &FaultsArgs) -> Result<Verdict> {
                 r.path,
                 r.payload,
                 r.time,
-                r.fault,
+                cell(&r.fault.to_string()),
                 word(run.fate),
                 1e3 * run.error,
                 1e3 * run.distance,
@@ -133,7 +134,7 @@ pub fn faults(args: &FaultsArgs) -> Result<Verdict> {
                 run.force,
                 force,
                 run.cause,
-                run.why.replace([',', '\n'], ";")
+                cell(&run.why)
             )?;
         }
         Ok(())

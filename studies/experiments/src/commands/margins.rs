@@ -8,6 +8,7 @@ use anyhow::{Result, ensure};
 use clap::Args;
 use cosim::Verdict;
 use cosim::cli::{output, print};
+use cosim::io::cells::cell;
 
 use crate::analyses::margins::{self, CHANGES, Limit, Margin, PAYLOADS, PLACES};
 use crate::print::output::{conditions, finish, with_progress, write};
@@ -82,7 +83,7 @@ pub fn margins(args: &MarginsArgs) -> Result<Verdict> {
     write(args.csv.as_deref(), |file| {
         writeln!(file, "law,place,payload [kg],change,stable,beyond,limit")?;
         for m in &margins {
-            let what = m.change.name().replace(',', "");
+            let what = cell(m.change.name());
             let beyond = m.beyond.map(|(beyond, _)| beyond.to_string());
             let limit = serde_json::to_value(m.beyond.map(|(_, limit)| limit))?;
             let ends = [beyond.as_deref(), limit.as_str()].map(Option::unwrap_or_default);
