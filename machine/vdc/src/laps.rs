@@ -27,7 +27,7 @@ const AVERAGED: usize = 4;
 const LARGEST: f64 = 0.02;
 /// Root mean square of a lap's error over that of the first one from which on nothing is learnt any more:
 /// the error does not repeat, or load or machine have changed. Laps that nothing changes were up to 1.14
-/// times as bad as the first (`docs/machine/laps.md`).
+/// times as bad as the first, but for one machine (`docs/machine/laps.md`).
 const WORSE: f64 = 1.25;
 /// Time in which what was learnt fades then, s.
 const FADES: f64 = 1.0;

@@ -2,6 +2,7 @@
 //! (`hdrm-fmu machine gains --output`).
 
 use anyhow::Result;
+use fmi_units::{BASE, Unit};
 use motion_check::gain_rule::RuledGain;
 
 use super::element::Element;
@@ -30,17 +31,6 @@ const AS_BUILT: [(&str, f64, &str, &str); 4] = [
         "four times that at the joints",
     ),
 ];
-/// Units with their exponents of base units.
-const UNITS: [(&str, &[(&str, i32)]); 8] = [
-    ("1", &[]),
-    ("1/s", &[("s", -1)]),
-    ("s", &[("s", 1)]),
-    ("rad/s", &[("rad", 1), ("s", -1)]),
-    ("J", &[("kg", 1), ("m", 2), ("s", -2)]),
-    ("V.s/m", &[("kg", 1), ("m", 1), ("s", -2), ("A", -1)]),
-    ("V/A", &[("kg", 1), ("m", 2), ("s", -3), ("A", -2)]),
-    ("V/N", &[("m", 1), ("s", -1), ("A", -1)]),
-];
 
 /// The parameter set `name` with these gains of a machine, for the system `Real.ssp` or, `is_ideal`,
 /// for `Manipulator.ssp`.
@@ -65,16 +55,9 @@ pub fn parameter_set(
         reals.extend(AS_BUILT.map(|(name, value, unit, why)| (name.to_owned(), value, unit, why)));
         others = as_built();
     }
-    let units = UNITS
-        .iter()
-        .filter(|(name, _)| reals.iter().any(|(_, _, unit, _)| unit == name));
-    let units: Vec<_> = units
-        .map(|(name, powers)| {
-            let base = Element::new("ssc:BaseUnit");
-            let base = (powers.iter()).fold(base, |base, (unit, power)| base.with(unit, power));
-            Element::new("ssc:Unit").with("name", name).holding([base])
-        })
-        .collect();
+    let mut units: Vec<_> = reals.iter().map(|(_, _, unit, _)| *unit).collect();
+    units.sort_unstable();
+    units.dedup();
     let reals = reals.iter().map(|(name, value, unit, why)| {
         let value = Element::new("ssv:Real").with("value", value);
         parameter(name, why, value.with("unit", unit))
@@ -104,7 +87,7 @@ pub fn parameter_set(
         .with("description", about)
         .holding([
             Element::new("ssv:Parameters").holding(reals.chain(others)),
-            Element::new("ssv:Units").holding(units),
+            Element::new("ssv:Units").holding(units.into_iter().map(definition)),
         ]);
     set.file(ABOUT)
 }
@@ -128,6 +111,16 @@ fn as_built() -> Vec<Element> {
     drives.into_iter().chain([speed]).collect()
 }
 
+/// The unit of this name in terms of base units.
+fn definition(name: &'static str) -> Element {
+    let unit = Unit::find(name).expect("a unit");
+    let powers = BASE.iter().zip(unit.exponents);
+    let powers = powers.filter(|(_, power)| *power != 0);
+    let base = Element::new("ssc:BaseUnit");
+    let base = powers.fold(base, |base, (unit, power)| base.with(unit, power));
+    Element::new("ssc:Unit").with("name", name).holding([base])
+}
+
 fn parameter(name: &str, why: &str, value: Element) -> Element {
     Element::new("ssv:Parameter")
         .with("name", name)
@@ -137,7 +130,7 @@ fn parameter(name: &str, why: &str, value: Element) -> Element {
 
 #[cfg(test)]
 mod tests {
-    use super::parameter_set;
+    use super::{Unit, parameter_set};
     use fmi_description::xml::Element;
     use machine_file::Machine;
     use motion_check::gain_rule::{RuledGain, gains, ideal_gains};
@@ -167,7 +160,7 @@ mod tests {
         assert_eq!(written.expect("a set"), set("real_hiab_xs031.ssv"));
     }
 
-    /// A machine's file may have any name, and each unit is defined.
+    /// A machine's file may have any name, and each unit is defined, as base units without a factor.
     #[test]
     fn a_set_for_any_machine_is_whole() {
         let name = "a--b & <c>";
@@ -180,11 +173,10 @@ mod tests {
             let defined: Vec<_> = (read.listed("Units", "Unit"))
                 .map(|unit| unit.text("name"))
                 .collect();
-            assert!(
-                gains
-                    .iter()
-                    .all(|gain| defined.iter().any(|unit| unit == gain.unit))
-            );
+            for unit in gains.iter().map(|gain| gain.unit) {
+                assert!(defined.iter().any(|name| name == unit), "{unit}");
+                assert_eq!(Unit::find(unit).map(|unit| unit.factor), Some(1.0));
+            }
         }
     }
 }
